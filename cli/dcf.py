@@ -55,7 +55,7 @@ def write(
         wrong = _differences(objects, eds)
         left: Sequence[Difference] = ()
         if wrong:
-            objects.client.network.send_message(NMT_ID, bytes([NMT_PRE_OPERATIONAL, node]))
+            objects.network.send_message(NMT_ID, bytes([NMT_PRE_OPERATIONAL, node]))
             left = write_values(objects, eds.dictionary, wrong)
     _show(left, as_json=as_json)
     err.print(f"written: {len(wrong) - len(left)} of {len(wrong)} objects that differed", soft_wrap=True)

@@ -40,7 +40,7 @@ def read(
     from omnimate.driver.canopen.object_values import kind_of, place_of
 
     with _opened(bus, node, eds, timeout) as objects:
-        dictionary = objects.client.od
+        dictionary = objects.od
         place = place_of(item, dictionary)
         data = objects.read_bytes(*place)
     row = _row(*place, _name(dictionary, *place), kind or kind_of(dictionary, *place), data)
@@ -62,8 +62,8 @@ def write(
     from omnimate.driver.canopen.object_values import encode, kind_of, place_of
 
     with _opened(bus, node, eds, timeout, writes=not force) as objects:
-        index, subindex = place_of(item, objects.client.od)
-        known = kind or kind_of(objects.client.od, index, subindex)
+        index, subindex = place_of(item, objects.od)
+        known = kind or kind_of(objects.od, index, subindex)
         if known is None:
             raise CallError(f"{index:04X}h:{subindex:02X}: its type is not known; give --type or --eds")
         objects.write_bytes(index, subindex, encode(value, known))
@@ -101,7 +101,7 @@ def _all(objects: Sdo, *, shows_absent: bool) -> list[dict[str, Any]]:
     from omnimate.driver.canopen.object_values import kind_of, variables_of
     from omnimate.driver.errors import SdoRefused
 
-    dictionary = objects.client.od
+    dictionary = objects.od
     objects.read(0x1000)  # a node that is not there is one error
     variables = [variable for variable in variables_of(dictionary) if variable.readable]
     rows = []

@@ -13,7 +13,6 @@ from canopen import Network
 
 from omnimate.driver.canopen.dictionary import standard_dictionary
 from omnimate.driver.canopen.sdo import Sdo
-from omnimate.driver.canopen.sdo_client import PumpedSdoClient
 from omnimate.driver.errors import BusLost
 from omnimate.files.logs.canopen_words import NMT_ID, SDO_ANSWER, SYNC_ID
 from omnimate.vehicle.parameters import SDO_TIMEOUT
@@ -87,10 +86,10 @@ class BusNetwork(Network):
         They have the dictionary of the node's EDS where there is one, else the standard one.
         """
         dictionary = (dictionaries or {}).get(node) or standard_dictionary()
-        client = PumpedSdoClient(node, dictionary, self, self.pump)
-        client.RESPONSE_TIMEOUT = timeout
-        self.subscribe(SDO_ANSWER + node, client.on_response)
-        return Sdo(node, client)
+        sdo = Sdo(node, dictionary, self, self.pump)
+        sdo.RESPONSE_TIMEOUT = timeout
+        self.subscribe(SDO_ANSWER + node, sdo.on_response)
+        return sdo
 
     def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
         """Send a frame with an 11-bit identifier; canopen sends through this method too.

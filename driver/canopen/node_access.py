@@ -87,5 +87,5 @@ def open_node(
             message.arbitration_id, message.data, message.timestamp
         )
         sdo = network.sdo(node, None if dictionary is None else {node: dictionary}, timeout)
-        sdo.client.most_responses = LONGEST
+        sdo.max_responses = LONGEST
         yield sdo

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from omnimate.driver.canopen.sdo import Sdo
-    from omnimate.vehicle.parameters import Encoder
+    from omnimate.vehicle.parameters import Channel, Encoder
 
 SECOND_ANSWERS = 2  # of four requests: one may be a device's mistake
 PROFILES = {406: "cia406", 402: "cia402"}
@@ -38,18 +38,41 @@ _REMEDIES = (
 
 
 @dataclass(slots=True)
-class Notes:
-    """Lines for an operator, collected while one node is configured.
+class NodeConfiguration:
+    """What was read at one node, what was changed, and what an operator should check.
 
     Attributes:
-        read: What was read from the node before anything was changed.
-        changed: What the driver changed.
-        remarks: What an operator should check.
+        node: CANopen node id.
+        names: Channels that the node measures, or wheels that it drives.
+        read: What was read before anything was changed, one line each.
+        changed: What the driver changed, one line each; empty where all was right.
+        remarks: What an operator should check, one line each.
+        ranges: Range by which each channel is unwrapped [counts].
+        lengths: Bytes of each PDO of the node, by COB-ID.
+        timed: COB-IDs of those that are sent by the device's own timer.
+        heartbeat: Heartbeat period [s]; None where the node has none.
+        encoder_objects: Values that a CiA 406 encoder reports about itself, by index, such as the offset
+            6509h and the serial number 650Bh.
+        woken: What it took to have the node answer, in words; None where it answered.
     """
 
+    node: int
+    names: tuple[str, ...]
     read: list[str] = field(default_factory=list)
     changed: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
+    ranges: dict[Channel, int] = field(default_factory=dict)
+    lengths: dict[int, int] = field(default_factory=dict)
+    timed: set[int] = field(default_factory=set)
+    heartbeat: float | None = None
+    encoder_objects: dict[int, int] = field(default_factory=dict)
+    woken: str | None = None
+
+    def lines(self) -> tuple[tuple[str, str], ...]:
+        """Return each line with its kind: found, changed or remark."""
+        changed = [*self.changed, self.woken] if self.woken else self.changed
+        kinds = (("found", self.read), ("changed", changed), ("remark", self.remarks))
+        return tuple((kind, line) for kind, lines in kinds for line in lines)
 
 
 def wake(sdo: Sdo, nmt: Callable[[int, int], None]) -> str | None:
@@ -74,15 +97,14 @@ def wake(sdo: Sdo, nmt: Callable[[int, int], None]) -> str | None:
     return None
 
 
-def check_identity(sdo: Sdo, names: Sequence[str], encoder: Encoder | None, notes: Notes) -> None:
+def check_identity(sdo: Sdo, encoder: Encoder | None, configuration: NodeConfiguration) -> None:
     """Check 1000h and 1018h of a node against its encoder's entry in `vehicle.toml`.
 
     Args:
         sdo: Objects of the node.
-        names: Channels that the node should measure, or drives that it should contain.
         encoder: Encoder whose profile, vendor, product and serial number are expected; None for a drive, of
             which only the presence is checked.
-        notes: Notes to add to.
+        configuration: Gets what was read and the remarks.
 
     Raises:
         NodeMissing: The node does not answer.
@@ -93,17 +115,17 @@ def check_identity(sdo: Sdo, names: Sequence[str], encoder: Encoder | None, note
     try:
         device_type = sdo.find(0x1000) or 0
     except SdoSilent as silent:
-        raise NodeMissing(sdo.node, names) from silent
+        raise NodeMissing(sdo.node, configuration.names) from silent
     check_alone(sdo)
-    notes.read.append(f"device type 1000h = {device_type:08X}h")
+    configuration.read.append(f"device type 1000h = {device_type:08X}h")
     if encoder is None:
         return
-    _check_profile(sdo.node, device_type & 0xFFFF, encoder, notes)
+    _check_profile(device_type & 0xFFFF, encoder, configuration)
     for subindex, key in IDENTITY:
         value = sdo.find(0x1018, subindex)
         if value is not None:
-            notes.read.append(f"{key} 1018h:{subindex:02X} = {value}")
-        _check_value(sdo, f"1018h:{subindex:02X}", key, getattr(encoder, key), value, notes)
+            configuration.read.append(f"{key} 1018h:{subindex:02X} = {value}")
+        _check_value(sdo, f"1018h:{subindex:02X}", key, getattr(encoder, key), value, configuration)
 
 
 def check_alone(sdo: Sdo) -> None:
@@ -113,72 +135,71 @@ def check_alone(sdo: Sdo) -> None:
         TwoDevices: `SECOND_ANSWERS` of four requests were answered twice.
         SdoSilent: The node stops answering.
     """
-    sdo.client.count_anew()
+    sdo.reset_duplicate_answers()
     for subindex in range(1, 5):
         sdo.find(0x1018, subindex)
-    if sdo.client.second_answers >= SECOND_ANSWERS:
+    if sdo.duplicate_answers >= SECOND_ANSWERS:
         raise TwoDevices(sdo.node)
 
 
-def read_encoder(sdo: Sdo, encoders: Sequence[Encoder], notes: Notes) -> dict[int, int]:
-    """Return the values of the optional objects that a CiA 406 encoder has, by index.
+def read_encoder(sdo: Sdo, encoders: Sequence[Encoder], configuration: NodeConfiguration) -> None:
+    """Read the optional objects that a CiA 406 encoder has into `configuration.encoder_objects`.
 
     Raises:
         SdoSilent: The node stops answering.
     """
-    values: dict[int, int] = {}
+    values = configuration.encoder_objects
     for index, name in ENCODER_OBJECTS:
         value = sdo.find(index)
         if value is not None:
             values[index] = value
-            notes.read.append(f"{name} {index:04X}h = {value}")
+            configuration.read.append(f"{name} {index:04X}h = {value}")
     if values.get(0x6509):
-        notes.remarks.append(
+        configuration.remarks.append(
             f"offset 6509h = {values[0x6509]}: the position has been preset; is `zero` still right?"
         )
     units = values.get(0x6001)
     for encoder in encoders:
         if units and encoder.counts_per_turn is not None and encoder.counts_per_turn % units:
-            notes.remarks.append(
+            configuration.remarks.append(
                 f"{encoder.channel}: counts_per_turn {encoder.counts_per_turn:g} is no multiple of the "
                 f"{units} units per turn in 6001h; is that the gear?"
             )
-    return values
 
 
-def _check_profile(node: int, profile: int, encoder: Encoder, notes: Notes) -> None:
+def _check_profile(profile: int, encoder: Encoder, configuration: NodeConfiguration) -> None:
     if profile not in PROFILES:
-        notes.remarks.append(
+        configuration.remarks.append(
             f"1000h states profile {profile}; taken for {encoder.profile} as vehicle.toml says"
         )
     elif PROFILES[profile] != encoder.profile:
-        raise WrongDevice(node, "1000h", "profile", encoder.profile, PROFILES[profile])
+        raise WrongDevice(configuration.node, "1000h", "profile", encoder.profile, PROFILES[profile])
 
 
 def _check_value(
-    sdo: Sdo, where: str, key: str, expected: int | None, value: int | None, notes: Notes
+    sdo: Sdo, where: str, key: str, expected: int | None, value: int | None, configuration: NodeConfiguration
 ) -> None:
     if expected is None:
         return
     if value is None and key == "serial":
         value, where = sdo.find(0x650B), "650Bh"
-        notes.remarks.append("no serial number in 1018h:04; 650Bh is compared instead")
+        configuration.remarks.append("no serial number in 1018h:04; 650Bh is compared instead")
     if value != expected:
         actual = "missing" if value is None else str(value)
         raise WrongDevice(sdo.node, where, key, str(expected), actual)
 
 
 def set_heartbeat(
-    sdo: Sdo, notes: Notes, wanted: int = HEARTBEAT_MS, longest: int = LONGEST_MS
-) -> float | None:
-    """Have the node produce a heartbeat (1017h); return its period [s], None where it has none.
+    sdo: Sdo, configuration: NodeConfiguration, wanted: int = HEARTBEAT_MS, longest: int = LONGEST_MS
+) -> None:
+    """Have the node produce a heartbeat (1017h), and note its period in `configuration.heartbeat`.
 
     A heartbeat between `SHORTEST_MS` and `longest` is left as it is, and so is a node that refuses, with a
     remark.
 
     Args:
         sdo: Objects of the node.
-        notes: Notes to add to.
+        configuration: Gets the period, what was read or changed, and the remarks.
         wanted: Period that is set [ms].
         longest: Longest period that is left as it is [ms].
 
@@ -187,15 +208,16 @@ def set_heartbeat(
     """
     period = sdo.find(0x1017)
     if period is None:
-        notes.remarks.append("no heartbeat (1017h); its silence shows in its PDOs alone")
-        return None
+        configuration.remarks.append("no heartbeat (1017h); its silence shows in its PDOs alone")
+        return
+    configuration.heartbeat = period / 1000.0 or None
     if SHORTEST_MS <= period <= longest:
-        notes.read.append(f"heartbeat 1017h = {period} ms")
-        return period / 1000.0
+        configuration.read.append(f"heartbeat 1017h = {period} ms")
+        return
     try:
         sdo.put(0x1017, 0, wanted)
     except (SdoRefused, NotTaken) as error:
-        notes.remarks.append(f"heartbeat stays at {period} ms: {error.problem}")
-        return period / 1000.0 or None
-    notes.changed.append(f"heartbeat 1017h: {period} ms to {wanted} ms")
-    return wanted / 1000.0
+        configuration.remarks.append(f"heartbeat stays at {period} ms: {error.problem}")
+        return
+    configuration.heartbeat = wanted / 1000.0
+    configuration.changed.append(f"heartbeat 1017h: {period} ms to {wanted} ms")

@@ -1,51 +1,77 @@
-"""The objects of one node as numbers, read and written by SDO."""
+"""The objects of one node, read and written by SDO on a bus that no thread reads in the background."""
 
 from __future__ import annotations
 
+import threading
+import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Literal
 
 from canopen.objectdictionary.datatypes import INTEGER_TYPES
+from canopen.sdo.client import SdoClient
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from omnimate.driver.canopen.dictionary import standard_dictionary
 from omnimate.driver.errors import DriverError, NotTaken, SdoRefused, SdoSilent
+from omnimate.files.logs.canopen_words import SDO_ANSWER, SDO_REQUEST
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
-    from omnimate.driver.canopen.sdo_client import PumpedSdoClient
+    from canopen import Network
+    from canopen.objectdictionary import ObjectDictionary
 
-TRIES = 3
-UPLOAD, DOWNLOAD = 0x40, 0x23  # requests of an expedited transfer; the second with its size indicated
+TRIES = 3  # of a request that is not answered
+MAX_RESPONSES = 64  # answers of one transfer, 7 bytes each: the driver reads no longer object
 _STANDARD = standard_dictionary()  # for the sizes of objects that an EDS leaves out
-# SDO abort codes, CiA 301
+# Command bytes of SDO and abort codes (CiA 301, 7.2.4.3).
+UPLOAD, DOWNLOAD = 0x40, 0x23  # requests of an expedited transfer; the second with its size indicated
+SEGMENTS = frozenset({0x00, 0x20})  # answers that name no object
+UPLOADED, DOWNLOADED = 0x40, 0x60  # answers to the first request of an upload and of a download
 LENGTH_WRONG = frozenset({0x06070010, 0x06070012, 0x06070013})
+NO_OBJECT = bytes(3)  # index and sub-index in some devices' aborts
 
 
-class Sdo:
-    """The objects of one node.
+class Sdo(SdoClient):
+    """The objects of one node as numbers, by canopen's SDO client.
 
-    A request without an answer is repeated twice. Numbers are unsigned when read; negative ones are written
-    as two's complement.
+    While it waits for an answer it reads the bus itself, in the thread that made it; in any other thread it
+    waits until the first one reads the bus. A request without an answer is repeated twice. Late answers about
+    another object, or to a download while the object is uploaded, are dropped; canopen takes them for the
+    answer to its last request. Numbers are unsigned when read; negative ones are written as two's complement.
 
     Args:
-        node: CANopen node id.
-        client: SDO client for this node.
+        node: CANopen node id of the server.
+        dictionary: Object dictionary of the node.
+        network: Network that sends the requests.
+        pump: Reads and handles one frame, waiting for it at most so many seconds.
 
     Attributes:
-        node: CANopen node id.
-        client: SDO client for this node.
+        node: CANopen node id of the server.
+        max_responses: How many answers are accepted in one transfer.
+        duplicate_answers: Answers to requests that had been answered, since `reset_duplicate_answers`.
     """
 
-    def __init__(self, node: int, client: PumpedSdoClient) -> None:
+    def __init__(
+        self, node: int, dictionary: ObjectDictionary, network: Network, pump: Callable[[float], None]
+    ) -> None:
+        super().__init__(SDO_REQUEST + node, SDO_ANSWER + node, dictionary)  # type: ignore[no-untyped-call]  # canopen
         self.node = node
-        self.client = client
+        self.network = network
+        self._pump = pump
+        self._thread = threading.get_ident()
+        self.max_responses = self._responses_left = MAX_RESPONSES
+        self._object = b""  # index and sub-index of the current transfer as in a frame
+        self._not_awaited = DOWNLOADED
+        self.duplicate_answers = 0
+        self._answered: set[bytes] = set()  # objects that were asked for once, and answered
+        self._asked: set[bytes] = set()
+        self._repeated: set[bytes] = set()
         self._written: list[tuple[int, int, int]] | None = None  # object and former value, while restoring
 
     @contextmanager
     def restoring(self) -> Iterator[None]:
-        """Put everything that is written inside this block back, the last first, where the block fails."""
+        """Write former values back, the last first, where the block fails."""
         self._written = []
         try:
             yield
@@ -106,10 +132,10 @@ class Sdo:
         self._write(index, subindex, value, before)
 
     def put(self, index: int, subindex: int, value: int) -> bool:
-        """Have an object hold a value: write it where it holds another one, and read it back where it can.
+        """Write an object where it has another value, and read it back where it can be read.
 
         Returns:
-            Whether it held another value before.
+            Whether it had another value before.
 
         Raises:
             NotTaken: The node confirmed the value and kept another one.
@@ -126,20 +152,8 @@ class Sdo:
             raise NotTaken(self.node, index, subindex, wanted, reads)
         return True
 
-    def _write(self, index: int, subindex: int, value: int, before: int | None) -> None:
-        size = self._size(index, subindex)
-        try:
-            self._transfer(index, subindex, _pack(value, size))
-        except SdoRefused as refused:
-            if refused.abort_code not in LENGTH_WRONG:
-                raise
-            size = len(self._transfer(index, subindex, None, whole=True))
-            self._transfer(index, subindex, _pack(value, size))
-        if self._written is not None and before is not None:
-            self._written.append((index, subindex, before))
-
     def ask(self, index: int, subindex: int = 0) -> None:
-        """Request an object without waiting; whoever follows the node's SDO answers gets it.
+        """Request an object without waiting; the answer goes to the monitor of the bus.
 
         Raises:
             BusLost: The interface failed.
@@ -155,8 +169,55 @@ class Sdo:
         size = self._size(index, subindex)
         self._request(DOWNLOAD | (4 - size) << 2, index, subindex, _pack(value, size))
 
+    def reset_duplicate_answers(self) -> None:
+        """Count duplicate answers from zero; requests that are repeated from now on may have two."""
+        self.duplicate_answers = 0
+        for objects in (self._asked, self._answered, self._repeated):
+            objects.clear()
+
+    def on_response(self, can_id: int, data: bytes | bytearray, timestamp: float) -> None:
+        """Take an answer of 8 bytes, unless it is a late one about another request."""
+        kind, about = data[0] & 0xE0, bytes(data[1:4])
+        if kind not in SEGMENTS and about in self._answered - self._repeated:
+            self.duplicate_answers += 1
+        elif about == self._object:
+            self._answered.add(about)
+        if kind in SEGMENTS or (kind != self._not_awaited and about in {self._object, NO_OBJECT}):
+            super().on_response(can_id, data, timestamp)  # type: ignore[no-untyped-call]  # canopen
+
+    def read_response(self) -> bytes:
+        """Return the next answer; canopen calls this.
+
+        Raises:
+            SdoAbortedError: The node refuses.
+            SdoCommunicationError: The node does not answer in time, or does not stop answering.
+        """
+        self._responses_left -= 1
+        if self._responses_left < 0:
+            raise SdoCommunicationError("the answer does not end")
+        if threading.get_ident() == self._thread:
+            end = time.monotonic() + self.RESPONSE_TIMEOUT
+            while self.responses.empty():
+                left = end - time.monotonic()
+                self._pump(max(0.0, left))
+                if left <= 0.0 and self.responses.empty():
+                    raise SdoCommunicationError("no answer")
+        return super().read_response()  # type: ignore[no-any-return, no-untyped-call]  # canopen
+
+    def _write(self, index: int, subindex: int, value: int, before: int | None) -> None:
+        size = self._size(index, subindex)
+        try:
+            self._transfer(index, subindex, _pack(value, size))
+        except SdoRefused as refused:
+            if refused.abort_code not in LENGTH_WRONG:
+                raise
+            size = len(self._transfer(index, subindex, None, whole=True))
+            self._transfer(index, subindex, _pack(value, size))
+        if self._written is not None and before is not None:
+            self._written.append((index, subindex, before))
+
     def _restore(self, written: list[tuple[int, int, int]]) -> None:
-        """Write former values back; a value that is refused is passed over, silence ends it."""
+        """Write former values back; a value that is refused is skipped, silence ends it."""
         self._written = None
         for index, subindex, before in reversed(written):
             try:
@@ -167,27 +228,28 @@ class Sdo:
                 return
 
     def _size(self, index: int, subindex: int) -> int:
-        variable = self.client.od.get_variable(index, subindex) or _STANDARD.get_variable(index, subindex)
+        variable = self.od.get_variable(index, subindex) or _STANDARD.get_variable(index, subindex)
         return len(variable) // 8 if variable is not None and variable.data_type in INTEGER_TYPES else 4
 
     def _request(self, command: int, index: int, subindex: int, data: bytes) -> None:
-        """Send a request of an expedited transfer, CiA 301."""
-        head = bytes((command,)) + index.to_bytes(2, "little") + bytes((subindex,))
-        self.client.network.send_message(self.client.rx_cobid, head + data.ljust(4, b"\0"))
+        """Send a request of an expedited transfer (CiA 301)."""
+        self.network.send_message(
+            self.rx_cobid, bytes((command,)) + _place(index, subindex) + data.ljust(4, b"\0")
+        )
 
     def _transfer(
         self, index: int, subindex: int, data: bytes | None, *, whole: bool = False, tries: int = TRIES
     ) -> bytes:
         for left in reversed(range(tries)):
-            self.client.begin(index, subindex, is_write=data is not None)
+            self._begin(_place(index, subindex), is_write=data is not None)
             try:
                 if data is not None:
-                    self.client.download(index, subindex, data)
+                    self.download(index, subindex, data)
                     return b""
                 if whole:
-                    with self.client.open(index, subindex, buffering=0) as stream:  # type: ignore[no-untyped-call]
+                    with self.open(index, subindex, buffering=0) as stream:  # type: ignore[no-untyped-call]
                         return bytes(stream.read())
-                return bytes(self.client.upload(index, subindex))
+                return bytes(self.upload(index, subindex))
             except SdoAbortedError as aborted:
                 access: Literal["read", "write"] = "read" if data is None else "write"
                 raise SdoRefused(self.node, index, subindex, aborted.code, access) from aborted
@@ -195,6 +257,19 @@ class Sdo:
                 if not left:
                     raise SdoSilent(self.node, index, subindex, str(error)) from error
         raise AssertionError  # the loop returns or raises
+
+    def _begin(self, place: bytes, *, is_write: bool) -> None:
+        """Expect answers about one object from now on, at most `max_responses`."""
+        self._responses_left = self.max_responses
+        self._object = place
+        self._not_awaited = UPLOADED if is_write else DOWNLOADED
+        if place in self._asked:
+            self._repeated.add(place)
+        self._asked.add(place)
+
+
+def _place(index: int, subindex: int) -> bytes:
+    return index.to_bytes(2, "little") + bytes((subindex,))
 
 
 def _pack(value: int, size: int) -> bytes:

@@ -1,53 +1,16 @@
-"""The result of configuring the nodes: what was read, what was changed, and how each counter wraps."""
+"""The result of configuring all nodes, and the vehicle with what they report: how each counter wraps."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from omnimate.driver.canopen.node_setup import NodeConfiguration
     from omnimate.driver.robot.bus_load import BusLoad
-    from omnimate.vehicle.parameters import Channel, Encoder, VehicleParameters
-
-
-@dataclass(frozen=True, slots=True)
-class NodeConfiguration:
-    """What was read at one node, what was changed, and what an operator should check.
-
-    Attributes:
-        node: CANopen node id.
-        names: Channels that the node measures, or wheels that it drives.
-        read: What was read before anything was changed, one line each.
-        changed: What the driver changed, one line each; empty where all was right.
-        remarks: What an operator should check, one line each.
-        ranges: Range by which each channel is unwrapped [counts].
-        lengths: Bytes of each PDO of the node, by COB-ID.
-        timed: COB-IDs of those that are sent by the device's own timer.
-        heartbeat: Heartbeat period [s]; None where the node has none.
-        encoder_objects: Values that a CiA 406 encoder reports about itself, by index, such as the offset
-            6509h and the serial number 650Bh.
-        woken: What it took to have the node answer, in words; None where it answered.
-    """
-
-    node: int
-    names: tuple[str, ...]
-    read: tuple[str, ...] = ()
-    changed: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
-    ranges: dict[Channel, int] = field(default_factory=dict)
-    lengths: dict[int, int] = field(default_factory=dict)
-    timed: frozenset[int] = frozenset()
-    heartbeat: float | None = None
-    encoder_objects: dict[int, int] = field(default_factory=dict)
-    woken: str | None = None
-
-    def lines(self) -> tuple[tuple[str, str], ...]:
-        """Return each line with its kind: found, changed or remark."""
-        changed = (*self.changed, self.woken) if self.woken else self.changed
-        kinds = (("found", self.read), ("changed", changed), ("remark", self.remarks))
-        return tuple((kind, line) for kind, lines in kinds for line in lines)
+    from omnimate.vehicle.parameters import Encoder, VehicleParameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,11 +33,6 @@ class ConfigurationReport:
         for node in self.nodes:
             rows += [(str(node.node), ", ".join(node.names), kind, line) for kind, line in node.lines()]
         return rows
-
-
-def with_remarks(node: NodeConfiguration, remarks: Sequence[str]) -> NodeConfiguration:
-    """Return a node's configuration with more that an operator should check."""
-    return replace(node, remarks=(*node.remarks, *remarks))
 
 
 def with_ranges(vehicle: VehicleParameters, nodes: Sequence[NodeConfiguration]) -> VehicleParameters:

@@ -5,7 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.node_setup import Notes, check_identity, read_encoder, set_heartbeat
+from omnimate.driver.canopen.node_setup import (
+    NodeConfiguration,
+    check_identity,
+    read_encoder,
+    set_heartbeat,
+)
 from omnimate.driver.canopen.pdo_mapping import holds, length, plan, position_objects
 from omnimate.driver.canopen.pdo_parameters import (
     TPDO,
@@ -16,7 +21,7 @@ from omnimate.driver.canopen.pdo_parameters import (
     write_pdo,
 )
 from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
-from omnimate.driver.robot.configuration import NodeConfiguration, choose_range
+from omnimate.driver.robot.configuration import choose_range
 from omnimate.files.logs.canopen_words import NMT_PRE_OPERATIONAL, SYNC_ID
 
 if TYPE_CHECKING:
@@ -54,33 +59,26 @@ def configure_node(
         SdoSilent: The node stops answering.
     """
     encoders = [encoder for encoder in vehicle.encoders if encoder.node == sdo.node]
-    names = tuple(encoder.channel for encoder in encoders)
-    is_encoder = encoders[0].profile == "cia406"
-    notes = Notes()
-    check_identity(sdo, names, encoders[0], notes)
-    encoder_objects = read_encoder(sdo, encoders, notes) if is_encoder else {}
-    reported = sdo.find(0x6002) if is_encoder else None
-    choices = {encoder.channel: choose_range(encoder, reported) for encoder in encoders}
-    notes.remarks += [remark for _, remark in choices.values()]
+    configuration = NodeConfiguration(sdo.node, tuple(encoder.channel for encoder in encoders))
+    check_identity(sdo, encoders[0], configuration)
+    reported = None
+    if encoders[0].profile == "cia406":
+        read_encoder(sdo, encoders, configuration)
+        reported = sdo.find(0x6002)
+    for encoder in encoders:
+        configuration.ranges[encoder.channel], reason = choose_range(encoder, reported)
+        configuration.remarks.append(reason)
     with sdo.restoring():
-        heartbeat = set_heartbeat(sdo, notes)
-        _listen_to_sync(sdo, vehicle.bus.sync_period, notes)
-        pdos = _set_pdos(sdo, vehicle, encoders, nmt, notes)
-    return NodeConfiguration(
-        sdo.node,
-        names,
-        tuple(notes.read),
-        tuple(notes.changed),
-        tuple(notes.remarks),
-        {channel: chosen for channel, (chosen, _) in choices.items()},
-        {cob_id: length(setting.entries) for cob_id, setting in pdos.items()},
-        frozenset(cob_id for cob_id, setting in pdos.items() if setting.transmission in AT_EVENTS),
-        heartbeat,
-        encoder_objects,
-    )
+        set_heartbeat(sdo, configuration)
+        _set_sync(sdo, vehicle.bus.sync_period, configuration)
+        for cob_id, pdo in _set_pdos(sdo, vehicle, encoders, nmt, configuration).items():
+            configuration.lengths[cob_id] = length(pdo.entries)
+            if pdo.transmission in AT_EVENTS:
+                configuration.timed.add(cob_id)
+    return configuration
 
 
-def _listen_to_sync(sdo: Sdo, period: float, notes: Notes) -> None:
+def _set_sync(sdo: Sdo, period: float, configuration: NodeConfiguration) -> None:
     """Have the node take 080h without a counter for SYNC, at this period [s], and not produce SYNC itself.
 
     1019h can be changed while 1006h is 0 only (CiA 301). A node that has no period in 1006h gets none.
@@ -89,19 +87,21 @@ def _listen_to_sync(sdo: Sdo, period: float, notes: Notes) -> None:
     if cob_id is not None and (cob_id & 0x7FF != SYNC_ID or cob_id & GENERATES_SYNC):
         wanted = cob_id & CONSUMES_SYNC | SYNC_ID
         sdo.put(0x1005, 0, wanted)
-        notes.changed.append(f"COB-ID SYNC 1005h: {cob_id:08X}h to {wanted:08X}h")
+        configuration.changed.append(f"COB-ID SYNC 1005h: {cob_id:08X}h to {wanted:08X}h")
     cycle, overflow = sdo.find(0x1006), sdo.find(0x1019)
     try:
         if overflow:
             if cycle:
                 sdo.put(0x1006, 0, 0)
             sdo.put(0x1019, 0, 0)
-            notes.changed.append(f"SYNC counter 1019h: {overflow} to 0, because SYNC has no counter here")
+            configuration.changed.append(
+                f"SYNC counter 1019h: {overflow} to 0, because SYNC has no counter here"
+            )
         microseconds = round(1e6 * period)
         if cycle and (sdo.put(0x1006, 0, microseconds) and cycle != microseconds):
-            notes.changed.append(f"SYNC period 1006h: {cycle} to {microseconds} us")
+            configuration.changed.append(f"SYNC period 1006h: {cycle} to {microseconds} us")
     except (SdoRefused, NotTaken) as error:
-        notes.remarks.append(f"expects another SYNC: {error.problem}")
+        configuration.remarks.append(f"expects another SYNC: {error.problem}")
 
 
 def _set_pdos(
@@ -109,11 +109,11 @@ def _set_pdos(
     vehicle: VehicleParameters,
     encoders: Sequence[Encoder],
     nmt: Callable[[int, int], None],
-    notes: Notes,
+    configuration: NodeConfiguration,
 ) -> dict[int, PdoSetting]:
     """Set every TPDO that the node's encoders need, and return them by COB-ID."""
     settings = {setting.base: setting for setting in read_pdos(sdo, TPDO)}
-    notes.read += [setting.in_words() for setting in settings.values()]
+    configuration.read += [setting.in_words() for setting in settings.values()]
     objects = position_objects(encoders)
     carried = {
         cob_id: [encoder for encoder in encoders if encoder.cob_id == cob_id]
@@ -131,11 +131,11 @@ def _set_pdos(
             nmt(NMT_PRE_OPERATIONAL, sdo.node)
             slots = None if is_mapped else plan(carried[cob_id], objects)
             setting = write_pdo(sdo, old, cob_id, _transmissions(vehicle.bus.sync_period), slots)
-            _note_change(old, setting, vehicle.bus.sync_period, notes)
+            _note_change(old, setting, vehicle.bus.sync_period, configuration)
         pdos[cob_id] = setting
     used = {setting.base for setting in chosen.values()}
     spare = [setting for base, setting in settings.items() if base not in used]
-    _switch_off_spare(sdo, vehicle, encoders[0], spare, notes)
+    _switch_off_spare(sdo, vehicle, encoders[0], spare, configuration)
     return pdos
 
 
@@ -149,14 +149,16 @@ def _transmissions(period: float) -> tuple[Transmission, ...]:
     return (Transmission(ON_SYNC), *(Transmission(kind, inhibit, timer) for kind in AT_EVENTS))
 
 
-def _note_change(old: PdoSetting, setting: PdoSetting, period: float, notes: Notes) -> None:
+def _note_change(
+    old: PdoSetting, setting: PdoSetting, period: float, configuration: NodeConfiguration
+) -> None:
     """Note what was changed in a PDO, and what an operator should know of how it is sent."""
     if setting != old:
-        notes.changed.append(setting.in_words())
+        configuration.changed.append(setting.in_words())
     if setting.transmission == ON_SYNC:
         return
     timer = f"event timer {setting.timer} ms" if setting.timer else "no event timer: sent at changes only"
-    notes.remarks.append(
+    configuration.remarks.append(
         f"{setting.name} refuses transmission type {ON_SYNC} (an answer to each SYNC): type "
         f"{setting.transmission} instead, {timer}; its counts are up to {1e3 * period:g} ms younger than SYNC"
     )
@@ -195,7 +197,11 @@ def choose_pdos(
 
 
 def _switch_off_spare(
-    sdo: Sdo, vehicle: VehicleParameters, encoder: Encoder, spare: Sequence[PdoSetting], notes: Notes
+    sdo: Sdo,
+    vehicle: VehicleParameters,
+    encoder: Encoder,
+    spare: Sequence[PdoSetting],
+    configuration: NodeConfiguration,
 ) -> None:
     """Switch off TPDOs that would only fill the bus, or whose COB-ID belongs to another node."""
     used = {encoder.cob_id for encoder in vehicle.encoders} | {drive.cob_id for drive in vehicle.drives}
@@ -204,13 +210,13 @@ def _switch_off_spare(
             continue
         name = f"{setting.name} {setting.cob_id:03X}h"
         if encoder.profile != "cia406" and setting.cob_id not in used:
-            notes.remarks.append(f"{name} stays on; its frames count as unknown")
+            configuration.remarks.append(f"{name} stays on; its frames count as unknown")
             continue
         try:
             switch_off(sdo, setting)
         except SdoRefused as refused:
             if setting.cob_id in used:
                 raise
-            notes.remarks.append(f"{name} stays on, its frames count as unknown: {refused.problem}")
+            configuration.remarks.append(f"{name} stays on, its frames count as unknown: {refused.problem}")
         else:
-            notes.changed.append(f"{name} switched off")
+            configuration.changed.append(f"{name} switched off")

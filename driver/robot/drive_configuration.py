@@ -5,7 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.cia402 import TargetPdo, planned_pdo, takes_target
-from omnimate.driver.canopen.node_setup import DRIVE_HEARTBEAT_MS, Notes, check_identity, set_heartbeat
+from omnimate.driver.canopen.node_setup import (
+    DRIVE_HEARTBEAT_MS,
+    NodeConfiguration,
+    check_identity,
+    set_heartbeat,
+    wake,
+)
 from omnimate.driver.canopen.pdo_parameters import (
     RPDO,
     TPDO,
@@ -17,7 +23,6 @@ from omnimate.driver.canopen.pdo_parameters import (
     write_pdo,
 )
 from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
-from omnimate.driver.robot.configuration import NodeConfiguration
 from omnimate.driver.robot.status_words import (
     BY_EVENT,
     LONGEST_INHIBIT,
@@ -69,34 +74,29 @@ def configure_drive(
         SdoRefused: The node aborts a transfer.
         SdoSilent: The node stops answering.
     """
-    names, notes = (f"drive of {drive.wheel}",), Notes()
-    check_identity(sdo, names, None, notes)
+    configuration = NodeConfiguration(drive.node, (f"drive of {drive.wheel}",), woken=wake(sdo, nmt))
+    check_identity(sdo, None, configuration)
     nmt(NMT_PRE_OPERATIONAL, drive.node)
     with sdo.restoring():
-        target = _map_target(sdo, drive, notes)
-        settings = [_limited(sdo, setting, encoder_cob_ids, notes) for setting in read_pdos(sdo, TPDO)]
-        heartbeat = set_heartbeat(sdo, notes, DRIVE_HEARTBEAT_MS, DRIVE_HEARTBEAT_MS)
-        _set_watchdog(sdo, driver_node, notes)
-    shows_its_end = heartbeat is not None and 1000.0 * heartbeat <= DRIVE_HEARTBEAT_MS
-    source = status_source(drive.node, settings, sync_period if shows_its_end else None)
-    configuration = NodeConfiguration(
-        drive.node,
-        names,
-        tuple(notes.read),
-        tuple(notes.changed),
-        tuple(notes.remarks),
-        heartbeat=heartbeat,
-    )
+        target = _map_target(sdo, drive, configuration)
+        settings = [
+            _limited(sdo, setting, encoder_cob_ids, configuration) for setting in read_pdos(sdo, TPDO)
+        ]
+        set_heartbeat(sdo, configuration, DRIVE_HEARTBEAT_MS, DRIVE_HEARTBEAT_MS)
+        _set_watchdog(sdo, driver_node, configuration)
+    heartbeat = configuration.heartbeat
+    has_fast_heartbeat = heartbeat is not None and 1000.0 * heartbeat <= DRIVE_HEARTBEAT_MS
+    source = status_source(drive.node, settings, sync_period if has_fast_heartbeat else None)
     return configuration, source, target
 
 
-def _map_target(sdo: Sdo, drive: Drive, notes: Notes) -> TargetPdo:
+def _map_target(sdo: Sdo, drive: Drive, configuration: NodeConfiguration) -> TargetPdo:
     """Have an RPDO take the target velocity 60FFh under the drive's COB-ID, and return it.
 
     One that takes the control word 6040h, too, stays as it is.
     """
     settings = read_pdos(sdo, RPDO)
-    notes.read += [setting.in_words() for setting in settings]
+    configuration.read += [setting.in_words() for setting in settings]
     if not settings:
         raise MappingImpossible(
             drive.node,
@@ -107,7 +107,7 @@ def _map_target(sdo: Sdo, drive: Drive, notes: Notes) -> TargetPdo:
     is_mapped = takes_target(old.entries)
     target = TargetPdo(drive.cob_id, old.entries) if is_mapped else planned_pdo(drive)
     if target.start_bit != drive.start_bit:
-        notes.remarks.append(
+        configuration.remarks.append(
             f"{old.name} carries 60FFh from bit {target.start_bit} on; say so by start_bit in vehicle.toml"
         )
     if is_mapped and old.is_valid and old.cob_id == drive.cob_id and old.transmission in ON_RECEPTION:
@@ -116,35 +116,37 @@ def _map_target(sdo: Sdo, drive: Drive, notes: Notes) -> TargetPdo:
     slots = None if is_mapped else [(entry,) for entry in target.entries]
     written = write_pdo(sdo, old, drive.cob_id, choices, slots)
     if written != old:
-        notes.changed.append(written.in_words())
+        configuration.changed.append(written.in_words())
     if written.transmission not in ON_RECEPTION:
-        notes.remarks.append(
+        configuration.remarks.append(
             f"{written.name} keeps transmission type {written.transmission}: a target counts from SYNC on"
         )
     return target
 
 
-def _limited(sdo: Sdo, setting: PdoSetting, encoder_cob_ids: Collection[int], notes: Notes) -> PdoSetting:
+def _limited(
+    sdo: Sdo, setting: PdoSetting, encoder_cob_ids: Collection[int], configuration: NodeConfiguration
+) -> PdoSetting:
     """Return a TPDO, where it carries the status word with its rate limited; others stay as they are."""
     if not setting.is_valid or setting.cob_id in encoder_cob_ids:
         return setting
     if STATUS_WORD not in setting.entries:
-        notes.remarks.append(f"{setting.in_words()}; its frames count as unknown")
+        configuration.remarks.append(f"{setting.in_words()}; its frames count as unknown")
         return setting
     if setting.transmission < BY_EVENT or setting.inhibit is None or 0 < setting.inhibit <= LONGEST_INHIBIT:
         return setting
-    return _inhibited(sdo, setting, notes)
+    return _inhibited(sdo, setting, configuration)
 
 
-def _inhibited(sdo: Sdo, setting: PdoSetting, notes: Notes) -> PdoSetting:
+def _inhibited(sdo: Sdo, setting: PdoSetting, configuration: NodeConfiguration) -> PdoSetting:
     """Keep a status word that changes with every command from filling the bus, yet let a fault through."""
     try:
         switch_off(sdo, setting)
         sdo.put(setting.base, 3, LONGEST_INHIBIT)
     except (SdoRefused, NotTaken) as error:
-        notes.remarks.append(f"inhibit time of {setting.name} stays: {error.problem}")
+        configuration.remarks.append(f"inhibit time of {setting.name} stays: {error.problem}")
     else:
-        notes.changed.append(
+        configuration.changed.append(
             f"inhibit time of {setting.name}: {setting.inhibit} to {LONGEST_INHIBIT} x 100 us"
         )
     if sdo.find(setting.base, 1) != setting.raw:
@@ -152,7 +154,7 @@ def _inhibited(sdo: Sdo, setting: PdoSetting, notes: Notes) -> PdoSetting:
     return read_pdo(sdo, setting.base) or setting
 
 
-def _set_watchdog(sdo: Sdo, driver_node: int, notes: Notes) -> None:
+def _set_watchdog(sdo: Sdo, driver_node: int, configuration: NodeConfiguration) -> None:
     """Have the drive stop by itself when the driver's heartbeat ends (1016h, 6007h), where it can."""
     for index, subindex, value in (
         (0x1016, 1, driver_node << 16 | HEARTBEAT_TIMEOUT_MS),
@@ -160,6 +162,6 @@ def _set_watchdog(sdo: Sdo, driver_node: int, notes: Notes) -> None:
     ):
         try:
             if sdo.put(index, subindex, value):
-                notes.changed.append(f"{index:04X}h:{subindex:02X} = {value:X}h")
+                configuration.changed.append(f"{index:04X}h:{subindex:02X} = {value:X}h")
         except (SdoRefused, NotTaken) as error:
-            notes.remarks.append(f"the drive's own watchdog is incomplete: {error.problem}")
+            configuration.remarks.append(f"the drive's own watchdog is incomplete: {error.problem}")

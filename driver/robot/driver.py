@@ -15,12 +15,7 @@ from omnimate.driver.canopen.described import description_remarks
 from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.errors import BusError, BusLost
 from omnimate.driver.robot.bus_load import check_load, forecast_load
-from omnimate.driver.robot.configuration import (
-    ConfigurationReport,
-    NodeConfiguration,
-    with_remarks,
-    with_target_bits,
-)
+from omnimate.driver.robot.configuration import ConfigurationReport, with_target_bits
 from omnimate.driver.robot.drives import Drives
 from omnimate.driver.robot.encoder_nodes import EncoderNodes
 from omnimate.driver.robot.events import Trouble
@@ -34,6 +29,7 @@ if TYPE_CHECKING:
 
     from omnimate.driver.canopen.eds import Eds
     from omnimate.driver.canopen.network import FrameSink
+    from omnimate.driver.canopen.node_setup import NodeConfiguration
     from omnimate.driver.canopen.sdo import Sdo
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.sample import Sample
@@ -126,7 +122,9 @@ class Driver:
         """
         load = forecast_load(self.vehicle)
         check_load(load)
-        nodes = tuple(with_remarks(node, self._remarks(node.node)) for node in self._encoders.configure_all())
+        nodes = self._encoders.configure_all()
+        for node in nodes:
+            node.remarks += self._remarks(node.node)
         self._monitor.begin(self.vehicle)
         if self._network.recorder is not None:
             self._network.recorder.use(self.vehicle)
@@ -146,7 +144,9 @@ class Driver:
         if vehicle is not self.vehicle and self._network.recorder is not None:
             self._network.recorder.use(vehicle)
         self._encoders.vehicle = vehicle
-        return tuple(with_remarks(node, remarks.get(node.node, ())) for node in nodes)
+        for node in nodes:
+            node.remarks += remarks.get(node.node, ())
+        return nodes
 
     def command(self, wheel_speeds: Sequence[float]) -> tuple[float, ...]:
         """Command wheel speeds [rad/s] in the order of `vehicle.wheels`; see `Drives.command`."""

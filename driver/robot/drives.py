@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.cia402 import (
@@ -14,7 +13,6 @@ from omnimate.driver.canopen.cia402 import (
     enable_drive,
     planned_pdo,
 )
-from omnimate.driver.canopen.node_setup import wake
 from omnimate.driver.errors import BadCommand, BusLost, DriverError, DrivesStopped, NotEnabled
 from omnimate.driver.robot.drive_configuration import configure_drive
 from omnimate.driver.robot.events import Trouble
@@ -31,8 +29,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from omnimate.driver.canopen.network import BusNetwork
+    from omnimate.driver.canopen.node_setup import NodeConfiguration
     from omnimate.driver.canopen.sdo import Sdo
-    from omnimate.driver.robot.configuration import NodeConfiguration
     from omnimate.driver.robot.monitor import Monitor
     from omnimate.driver.robot.status_words import StatusSource
     from omnimate.vehicle.parameters import Channel, Drive, VehicleParameters
@@ -275,7 +273,6 @@ class Drives:
     def _configure(self, drive: Drive) -> tuple[NodeConfiguration, StatusSource]:
         """Configure a drive's node and start it; return what was changed, and where its status word is."""
         sdo = self._sdo_of(drive.node)
-        woken = wake(sdo, self._network.nmt_command)
         configuration, source, self._pdos[drive.node] = configure_drive(
             sdo,
             drive,
@@ -287,7 +284,7 @@ class Drives:
         self._status_words.expect(source)
         self._network.nmt_command(NMT_START, drive.node)
         self._supervision.started(drive.node, configuration.heartbeat)
-        return replace(configuration, woken=woken), source
+        return configuration, source
 
     def _enable(self, node: int) -> float:
         """Enable a drive, and say which error it still has; return how long it takes to answer [s]."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.node_setup import wake
@@ -18,8 +17,8 @@ from omnimate.files.logs.canopen_words import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from omnimate.driver.canopen.node_setup import NodeConfiguration
     from omnimate.driver.canopen.sdo import Sdo
-    from omnimate.driver.robot.configuration import NodeConfiguration
     from omnimate.driver.robot.monitor import Monitor
     from omnimate.vehicle.parameters import VehicleParameters
 
@@ -70,7 +69,8 @@ class EncoderNodes:
                 self._nmt(NMT_START, stopped)
             self._interrupted.clear()
             raise
-        return replace(configuration, woken=woken)
+        configuration.woken = woken
+        return configuration
 
     def configure_all(self) -> tuple[NodeConfiguration, ...]:
         """Configure every node and take over the ranges of their counters; errors as of `configure_node`."""

@@ -11,7 +11,7 @@ from omnimate.driver.errors import BusLost, DriverError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from omnimate.driver.robot.configuration import NodeConfiguration
+    from omnimate.driver.canopen.node_setup import NodeConfiguration
     from omnimate.driver.robot.events import EventLog
 
 FIRST_DELAY, LONGEST_DELAY = 0.25, 30.0  # [s] before a failed configuration is tried again

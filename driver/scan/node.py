@@ -124,14 +124,14 @@ def read_node(sdo: Sdo) -> NodeReading:
     Raises:
         BusLost: The interface failed.
     """
-    sdo.client.count_anew()
+    sdo.reset_duplicate_answers()
     said: dict[str, Any] = {"node": sdo.node}
     try:
         for name, value in _parts(sdo):
             said[name] = value  # noqa: PERF403  # what was read before an error counts
     except (SdoSilent, ServerBusyError) as error:
         said["remark"] = error.problem
-    if sdo.client.second_answers >= SECOND_ANSWERS:
+    if sdo.duplicate_answers >= SECOND_ANSWERS:
         said["remark"] = TwoDevices(sdo.node).problem
     return NodeReading(**said)
 

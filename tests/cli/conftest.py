@@ -33,7 +33,7 @@ def on_bench(monkeypatch):
         passed = SimpleNamespace(monotonic=lambda: bus.time, time=lambda: bus.time)
         for module in (
             "canopen.node_access",
-            "canopen.sdo_client",
+            "canopen.sdo",
             "conformance.probe",
             "scan.scan",
             "bus.clock",

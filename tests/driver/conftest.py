@@ -14,7 +14,7 @@ import pytest
 
 from omnimate.driver.canopen.dictionary import standard_dictionary
 from omnimate.driver.canopen.network import BusNetwork
-from omnimate.driver.canopen.sdo_client import PumpedSdoClient
+from omnimate.driver.canopen.sdo import Sdo
 from omnimate.vehicle.parameters import Bus, Drive, Encoder, Linkage, Truck, VehicleParameters
 
 ABSENT, NO_SUB, READ_ONLY = 0x06020000, 0x06090011, 0x06010002
@@ -331,4 +331,4 @@ def kit():
 def _impatient(monkeypatch):
     """SDO time-outs that are over at once, for tests in which a node is silent."""
     timeout = property(lambda _client: 0.0, lambda _client, _seconds: None)  # whatever the vehicle says
-    monkeypatch.setattr(PumpedSdoClient, "RESPONSE_TIMEOUT", timeout)
+    monkeypatch.setattr(Sdo, "RESPONSE_TIMEOUT", timeout)

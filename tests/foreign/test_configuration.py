@@ -130,9 +130,7 @@ def connect(monkeypatch):
 
     def run(device):
         bus = SlowBus(device)
-        monkeypatch.setattr(
-            "omnimate.driver.canopen.sdo_client.time", SimpleNamespace(monotonic=lambda: bus.time)
-        )
+        monkeypatch.setattr("omnimate.driver.canopen.sdo.time", SimpleNamespace(monotonic=lambda: bus.time))
         network = BusNetwork(bus, bus.clock())
         network.handler = lambda message, _arrival: network.notify(message.arbitration_id, message.data, 0.0)
         return network.sdo(1), network
@@ -175,7 +173,7 @@ def test_a_device_that_is_right_is_taken_although_everything_in_it_is_read_only(
     device = right_device()
     device.lock(*[(i, s) for i in (0x1005, 0x1017, 0x1800, 0x1801, 0x1A00, 0x1A01) for s in range(9)])
     configuration = configure(device)
-    assert configuration.changed == ()
+    assert configuration.changed == []
     assert configuration.lengths == {0x181: 4}
     assert device.writes == []
 
@@ -281,9 +279,7 @@ def test_a_device_that_answers_after_400_ms_is_configured_and_asked_nothing_twic
 @pytest.mark.parametrize(("timeout", "is_in_time"), [(0.9, False), (1.1, True)])
 def test_how_long_an_answer_is_awaited_stands_in_vehicle_toml(monkeypatch, timeout, is_in_time):
     bus = SlowBus(Device(latency=1.0))
-    monkeypatch.setattr(
-        "omnimate.driver.canopen.sdo_client.time", SimpleNamespace(monotonic=lambda: bus.time)
-    )
+    monkeypatch.setattr("omnimate.driver.canopen.sdo.time", SimpleNamespace(monotonic=lambda: bus.time))
     vehicle = replace(robot(), bus=Bus(500_000, 0.015, timeout))
     with pytest.raises(NodeMissing, match="node 2"):  # node 1 answers
         Driver(vehicle, bus).configure()
@@ -345,7 +341,7 @@ def test_an_encoder_without_transmission_type_1_is_in_every_sample(monkeypatch, 
     device.allowed[0x1800, 2] = [255]
     device.local.data_store.setdefault(0x6004, {})[0] = bytes(4)
     bus = TimedBus(phase, skew, device)
-    for module in ("canopen.sdo_client", "robot.driver"):
+    for module in ("canopen.sdo", "robot.driver"):
         monkeypatch.setattr(f"omnimate.driver.{module}.time", SimpleNamespace(monotonic=lambda: bus.time))
     vehicle = VehicleParameters(
         "one", robot().trucks, None, Bus(500_000, period),

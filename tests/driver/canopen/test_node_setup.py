@@ -13,7 +13,7 @@ from omnimate.driver.canopen.node_setup import (
     HEARTBEAT_MS,
     LONGEST_MS,
     SHORTEST_MS,
-    Notes,
+    NodeConfiguration,
     check_identity,
     read_encoder,
     set_heartbeat,
@@ -24,10 +24,10 @@ RIGHT = {"vendor": 0x123, "product": 0x456, "serial": 1001}
 
 
 def check(kit, device, **stated):
-    notes = Notes()
+    configuration = NodeConfiguration(1, ("a.left",))
     sdo, _ = kit.sdo([device] if device else [])
-    check_identity(sdo, ("a.left",), kit.wheel_encoder("a.left", 1, **stated), notes)
-    return notes
+    check_identity(sdo, kit.wheel_encoder("a.left", 1, **stated), configuration)
+    return configuration
 
 
 @pytest.mark.parametrize("stated", [*product([None, "right", "wrong"], repeat=3)])
@@ -69,19 +69,20 @@ def test_a_node_that_does_not_answer_is_missing(kit):
 
 
 def test_of_a_drive_only_the_presence_is_checked(kit):
-    notes = Notes()
-    check_identity(kit.sdo([kit.drive_device(1)])[0], ("drive of a.left",), None, notes)
-    assert notes.read == ["device type 1000h = 00020192h"]
+    configuration = NodeConfiguration(1, ("drive of a.left",))
+    check_identity(kit.sdo([kit.drive_device(1)])[0], None, configuration)
+    assert configuration.read == ["device type 1000h = 00020192h"]
 
 
 def test_an_encoder_reports_the_optional_objects_that_it_has(kit):
-    device, notes = kit.encoder_device(1), Notes()
+    device, configuration = kit.encoder_device(1), NodeConfiguration(1, ("a.left",))
     device.put(0x6001, 0, 3000, 4)
     device.put(0x6509, 0, 12, 4)
     wheel = kit.wheel_encoder("a.left", 1, counts_per_turn=40000)
-    assert read_encoder(kit.sdo([device])[0], [wheel], notes) == {0x6001: 3000, 0x6500: 0, 0x6509: 12}
-    assert any("preset" in remark for remark in notes.remarks)
-    assert any("is no multiple of the 3000 units per turn" in remark for remark in notes.remarks)
+    read_encoder(kit.sdo([device])[0], [wheel], configuration)
+    assert configuration.encoder_objects == {0x6001: 3000, 0x6500: 0, 0x6509: 12}
+    assert any("preset" in remark for remark in configuration.remarks)
+    assert any("is no multiple of the 3000 units per turn" in remark for remark in configuration.remarks)
 
 
 @pytest.mark.parametrize(
@@ -91,27 +92,29 @@ def test_an_encoder_reports_the_optional_objects_that_it_has(kit):
 def test_the_period_is_within_the_bounds_afterwards_and_only_changed_where_it_was_not(
     kit, before, wanted, longest
 ):
-    device, notes = kit.encoder_device(1), Notes()
+    device, configuration = kit.encoder_device(1), NodeConfiguration(1, ("a.left",))
     device.objects[0x1017, 0][0] = before
-    period = set_heartbeat(kit.sdo([device])[0], notes, wanted, longest)
+    set_heartbeat(kit.sdo([device])[0], configuration, wanted, longest)
     after = device.objects[0x1017, 0][0]
     assert SHORTEST_MS <= after <= longest
-    assert period == after / 1000.0
+    assert configuration.heartbeat == after / 1000.0
     assert (after == before) == (SHORTEST_MS <= before <= longest)
-    assert bool(notes.changed) == (after != before)
+    assert bool(configuration.changed) == (after != before)
 
 
 @pytest.mark.parametrize(("before", "period"), [(0, None), (5, 0.005), (5000, 5.0)])
 def test_a_refusal_leaves_the_period_as_it_is_with_a_remark(kit, before, period):
-    device, notes = kit.encoder_device(1), Notes()
+    device, configuration = kit.encoder_device(1), NodeConfiguration(1, ("a.left",))
     device.objects[0x1017, 0][0] = before
     device.refuse[0x1017, 0] = 0x06010002
-    assert set_heartbeat(kit.sdo([device])[0], notes) == period
-    assert "read-only" in notes.remarks[0]
+    set_heartbeat(kit.sdo([device])[0], configuration)
+    assert configuration.heartbeat == period
+    assert "read-only" in configuration.remarks[0]
 
 
 def test_a_device_without_a_heartbeat_is_remarked(kit):
-    device, notes = kit.encoder_device(1), Notes()
+    device, configuration = kit.encoder_device(1), NodeConfiguration(1, ("a.left",))
     del device.objects[0x1017, 0]
-    assert set_heartbeat(kit.sdo([device])[0], notes) is None
-    assert "1017h" in notes.remarks[0]
+    set_heartbeat(kit.sdo([device])[0], configuration)
+    assert configuration.heartbeat is None
+    assert "1017h" in configuration.remarks[0]

@@ -68,7 +68,7 @@ def test_a_device_that_is_right_already_is_left_alone(kit):
     device.writes.clear()
     report, bus = configure(kit, device)
     assert device.writes == []
-    assert report.changed == ()
+    assert report.changed == []
     assert not [data for can_id, data in bus.sent if can_id == 0]
 
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from omnimate.driver.canopen.node_setup import NodeConfiguration
 from omnimate.driver.errors import BusLost, NodeMissing
-from omnimate.driver.robot.configuration import NodeConfiguration
 from omnimate.driver.robot.events import EventLog
 from omnimate.driver.robot.recovery import FIRST_DELAY, LONGEST_DELAY, Recovery
 
