@@ -34,8 +34,7 @@ def show_configuration(report: ConfigurationReport, *, verbose: bool = False) ->
     say(report.load.in_words())
     table = Table("node", "channel", "", "what", box=SIMPLE_HEAD)
     for node in report.nodes:
-        kinds = [("found", node.read if verbose else ()), ("changed", node.changed), ("remark", node.remarks)]
-        lines = [(kind, line) for kind, lines in kinds for line in lines] or [("", "as it must be")]
+        lines = [line for line in node.lines() if verbose or line[0] != "found"] or [("", "as it must be")]
         for number, (kind, line) in enumerate(lines):
             first = (str(node.node), ", ".join(node.names)) if number == 0 else ("", "")
             table.add_row(*first, kind, Text(line))

@@ -1,4 +1,4 @@
-"""What can go wrong on a bus, with the data that a caller needs to react."""
+"""Errors of the driver, with the data that a caller needs to react."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ GENERAL_ADVICE = "see the device's manual for this object, or use a device that 
 
 
 def in_one_line(error: Exception) -> str:
-    """Return what an error of an interface says, without the traceback that python-can adds to some."""
-    said = str(error).partition("Traceback (most recent call last)")[0].strip(" :\n").partition("\n")[0]
-    return said or type(error).__name__
+    """Return the first line of an interface's error, without the traceback that python-can adds to some."""
+    text = str(error).partition("Traceback (most recent call last)")[0].strip(" :\n").partition("\n")[0]
+    return text or type(error).__name__
 
 
 class DriverError(OmnimateError):
@@ -47,7 +47,7 @@ class BusLost(DriverError):  # noqa: N818  # a state of the bus that the driver 
     """The interface failed while sending or receiving.
 
     Attributes:
-        cause: What the interface said, in one line.
+        cause: Text of the interface's error, in one line.
     """
 
     def __init__(self, error: Exception) -> None:

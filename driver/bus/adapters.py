@@ -38,7 +38,7 @@ class BusUrl:
         text: URL as it was given.
         interface: Name of python-can's interface.
         channel: Channel of the interface; empty for its default.
-        options: What stands behind the question mark, as numbers and booleans where they are such.
+        options: Keys and values after the question mark; numbers and booleans are converted.
     """
 
     text: str
@@ -57,16 +57,16 @@ class BusUrl:
         """Return the parts of `interface://channel?key=value&key=value` or `interface:channel?...`.
 
         Raises:
-            BusError: The text is no such URL, or a key stands twice.
+            BusError: The text is no such URL, or a key is repeated.
         """
         match = _URL.fullmatch(text)
         if match is None:
             raise BusError(text, "no URL of a bus; expected interface://channel, such as socketcan://can0")
         pairs = parse_qsl(match["query"] or "", keep_blank_values=True)
         keys = [key for key, _ in pairs]
-        twice = next((key for key in keys if keys.count(key) > 1), None)
-        if twice is not None:
-            raise BusError(text, f"{twice} stands twice; expected each key once")
+        repeated = next((key for key in keys if keys.count(key) > 1), None)
+        if repeated is not None:
+            raise BusError(text, f"{repeated} is given twice; expected each key once")
         options = {key: _value(value) for key, value in pairs}
         return cls(text, match["interface"], unquote(match["channel"]), options)
 
@@ -77,7 +77,7 @@ def open_adapter(url: BusUrl, bitrate: int | None) -> can.BusABC:
     Args:
         url: The interface, its channel, and its keys: those of python-can, and for the bit timing `bitrate`
             with or without `sample_point` [%], or `f_clock` [Hz], `brp`, `tseg1`, `tseg2`, `sjw`.
-        bitrate: Bit rate where the URL has none [bit/s]; None for the interface's own.
+        bitrate: Bit rate where the URL has none [bit/s]; None for the default of the interface.
 
     Raises:
         BusError: There is no such interface or key, or what the interface needs is not installed.

@@ -1,4 +1,4 @@
-"""Opens a bus from its URL, with an answer within seconds where nothing is there."""
+"""Opens a bus from its URL; where no server answers, that is an error within seconds."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from omnimate.driver.errors import BusError, in_one_line
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-PROBE_TIMEOUT = 2.0  # [s]
-DEFAULT_PORT = 29536  # of socketcand
-DEFAULT_BITRATE = 500_000
+PROBE_TIMEOUT = 2.0  # [s] to wait for a server's greeting
+DEFAULT_PORT = 29536  # of socketcand, by its README
+DEFAULT_BITRATE = 500_000  # [bit/s] in the advice for an interface that is down
 
 # python-can writes every incomplete TCP segment as a warning; what matters is raised or counted here.
 logging.getLogger("can").addHandler(logging.NullHandler())
@@ -92,7 +92,7 @@ def _socketcand(url: BusUrl, _bitrate: int | None) -> can.BusABC:
 
 
 def _probe(url: str, host: str, port: int) -> None:
-    """Check that a socketcand server greets; python-can would spin for ten seconds, or wait for ever."""
+    """Check that a socketcand server greets; python-can would spin for ten seconds, or wait without end."""
     try:
         with socket.create_connection((host, port), timeout=PROBE_TIMEOUT) as probe:
             probe.settimeout(PROBE_TIMEOUT)

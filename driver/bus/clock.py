@@ -1,4 +1,4 @@
-"""The pace of SYNC: by the wall clock, or as fast as the vehicle answers."""
+"""Clocks that pace SYNC: by wall time, or as fast as the vehicle answers."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import math
 import time
 from typing import Protocol
 
-FRAME = 1e-6  # [s] between two frames of a clock that only SYNC moves: the last digit of a log
-ANSWER_WINDOW = 0.5  # [s] of host time for the answers to one SYNC where nothing paces it
-LEARNING = 1.0  # [s] for which stamps must keep up with the host's time before they are used
-LATEST = 0.5  # [s] by which a frame may be read late; a clock that differs more has jumped or stands
+FRAME_STEP = 1e-6  # [s] between two frames of `SyncClock`: the last digit of a candump log
+ANSWER_WINDOW = 0.5  # [s] of host time for the answers to one SYNC of `SyncClock`
+# Of `AdapterTime`:
+LEARNING_TIME = 1.0  # [s] for which stamps must follow the host's time before they are used
+MAX_DELAY = 0.5  # [s] by which a frame may be read late; a clock that differs more has jumped or stopped
 WINDOW = 2.0  # [s], in which clocks of two quartzes, 100 ppm apart, differ by 0.2 ms
 
 
@@ -17,13 +18,13 @@ class AdapterTime:
     """The host's time at which frames were on the bus.
 
     The smallest time between a stamp and its reading in the last seconds is the difference of the two clocks.
-    Stamps that stand, jump, wrap or are missing are not believed, and the time of reading counts.
+    Where stamps stop, jump, wrap or are missing, the time of reading counts.
     """
 
     def __init__(self) -> None:
-        self._since = math.inf  # beginning of what is known of the stamps
-        self._turned = 0.0  # beginning of the present window
-        self._least = self._before = math.inf  # smallest difference in the present and the former window
+        self._since = math.inf  # time of the first usable stamp
+        self._window_start = 0.0
+        self._least = self._previous_least = math.inf  # differences, in the current and the previous window
 
     def host_time(self, stamp: float, now: float) -> float:
         """Return the host's time at which a frame was on the bus [s].
@@ -33,25 +34,25 @@ class AdapterTime:
             now: Host's time at which the frame is read [s].
         """
         difference = now - stamp
-        floor = min(self._least, self._before)
-        if not (stamp > 0.0 and abs(difference - floor) < LATEST):
+        floor = min(self._least, self._previous_least)
+        if not (stamp > 0.0 and abs(difference - floor) < MAX_DELAY):
             is_stamp = stamp > 0.0 and math.isfinite(stamp)
-            self._since, self._turned = (now, now) if is_stamp else (math.inf, 0.0)
-            self._least, self._before = difference if is_stamp else math.inf, math.inf
+            self._since, self._window_start = (now, now) if is_stamp else (math.inf, 0.0)
+            self._least, self._previous_least = difference if is_stamp else math.inf, math.inf
             return now
-        if now - self._turned >= WINDOW:
-            self._turned, self._before, self._least = now, self._least, difference
+        if now - self._window_start >= WINDOW:
+            self._window_start, self._previous_least, self._least = now, self._least, difference
         self._least = min(self._least, difference)
-        if now - self._since < LEARNING:
+        if now - self._since < LEARNING_TIME:
             return now
-        return min(now, stamp + min(self._least, self._before))
+        return min(now, stamp + min(self._least, self._previous_least))
 
 
 class Clock(Protocol):
     """The recording's clock and the pace of SYNC.
 
     Attributes:
-        inline: Whether time stands still between SYNCs, so that an SDO dialogue may be held in between.
+        inline: Whether time stops between SYNCs, so that an SDO dialogue may run in between.
     """
 
     inline: bool
@@ -81,11 +82,11 @@ class Clock(Protocol):
         ...
 
     def sleep(self, seconds: float) -> None:
-        """Let host time pass [s]."""
-        ...
+        """Let host time pass [s], such as before a lost bus is opened again."""
+        time.sleep(seconds)
 
 
-class WallClock:
+class WallClock(Clock):
     """SYNC at equal intervals of monotonic time; times are wall time that no clock adjustment moves.
 
     Args:
@@ -130,15 +131,11 @@ class WallClock:
         """Return the wall time at which a frame was on the bus [s], by the adapter's stamps where it can."""
         return self._adapter.host_time(stamp, time.monotonic()) + self._offset
 
-    def sleep(self, seconds: float) -> None:
-        """Let host time pass [s]."""
-        time.sleep(seconds)
 
-
-class SyncClock:
+class SyncClock(Clock):
     """SYNC k has the time start + k * period [s], however long it took; nothing waits for it.
 
-    Frames in between follow the SYNC one after the other, `FRAME` apart, so that no time is the host's.
+    Frames in between follow the SYNC one after the other, `FRAME_STEP` apart, so that no time is the host's.
 
     Args:
         period: Time between two SYNCs [s].
@@ -178,7 +175,7 @@ class SyncClock:
 
     def now(self) -> float:
         """Return the time of the last frame or SYNC [s]."""
-        passed = min(self._frames * FRAME, 0.9 * self.period)
+        passed = min(self._frames * FRAME_STEP, 0.9 * self.period)
         return self.start + (self._next - 1) * self.period + passed
 
     def frame_time(self, stamp: float) -> float:
@@ -186,7 +183,3 @@ class SyncClock:
         del stamp
         self._frames += 1
         return self.now()
-
-    def sleep(self, seconds: float) -> None:
-        """Let host time pass [s], while a lost bus is opened again; the recording's clock stands still."""
-        time.sleep(seconds)

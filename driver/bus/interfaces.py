@@ -18,15 +18,15 @@ SO_TIMESTAMPNS = 35
 RX_HARDWARE, RX_SOFTWARE, SOFTWARE, RAW_HARDWARE = 1 << 2, 1 << 3, 1 << 4, 1 << 6
 _TIMESPEC = struct.Struct("@ll")  # seconds, nanoseconds
 _BUFFER = socket.CMSG_SPACE(3 * _TIMESPEC.size)
-ANSWER_TIMEOUT = 2.0  # [s]
+ANSWER_TIMEOUT = 2.0  # [s] to wait for socketcand's answer to a request
 
 
 class StampedSocket(socket.socket):
-    """A socket whose `recvmsg` gives the adapter's time stamp in the place of the kernel's.
+    """A socket whose `recvmsg` returns the adapter's time stamp instead of the kernel's.
 
     Linux gives three stamps with a frame (Documentation/networking/timestamping.rst): the kernel's, an
-    obsolete one, and the adapter's. python-can asks for one and knows its control message only; so that is
-    what it gets.
+    obsolete one, and the adapter's. python-can reads the control message of one stamp only, so that the best
+    of them is put into that message.
     """
 
     @classmethod
@@ -81,7 +81,7 @@ class RobustSocketcandBus(SocketCanDaemonBus):
             raise can.CanInitializationError(f"expected {msg!r}, got {answer!r}")
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        """Raise where the server has closed the connection; the base class returns None for ever."""
+        """Raise where the server has closed the connection; the base class goes on to return None."""
         message, filtered = super()._recv_internal(timeout)  # type: ignore[no-untyped-call]  # python-can
         if message is None and self._closed_by_server():
             raise can.CanOperationError("the socketcand server closed the connection")

@@ -21,7 +21,7 @@ QUICK_STOP, DISABLE_VOLTAGE = 0x02, 0x00
 FAULT_MASK, FAULT, FAULT_REACTION = 0x4F, 0x08, 0x0F
 STATE_MASK = 0x6F
 READY, SWITCHED_ON, ENABLED, QUICK_STOP_ACTIVE = 0x21, 0x23, 0x27, 0x07
-POLLS, POLL_PAUSE = 200, 0.01  # [s]: a brake may take two seconds to open
+POLLS, POLL_PAUSE = 200, 0.01  # times, [s]: two seconds in all, in which a brake opens
 
 _STEPS = (
     (SHUTDOWN, READY, "ready to switch on"),
@@ -98,7 +98,7 @@ class TargetPdo:
 
     Attributes:
         cob_id: Its COB-ID.
-        entries: Objects that it carries, in order: the target velocity, and what the driver knows besides.
+        entries: Objects that it carries, in order: the target velocity, control word, mode and fillers.
     """
 
     cob_id: int

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from canopen.objectdictionary import ObjectDictionaryError
@@ -95,10 +95,10 @@ def write_values(
     Args:
         sdo: Objects of the device.
         dictionary: What the DCF describes, for this node id.
-        wrong: What `differences` said.
+        wrong: Differences, as of `differences`.
 
     Returns:
-        What is still not as stated, with the problem.
+        Objects that still differ, with the problem.
 
     Raises:
         SdoSilent: The node stops answering.
@@ -168,7 +168,7 @@ class _Writer:
 
     @contextmanager
     def without_sync_period(self, places: Sequence[tuple[int, int]]) -> Iterator[None]:
-        """Have 1006h be 0 in this block where 1019h is to be written, and as it was afterwards."""
+        """Set 1006h to 0 for this block where 1019h is to be written, and write it back afterwards."""
         before = self._sdo.find(SYNC_PERIOD) if (SYNC_COUNTER, 0) in places else None
         if before:
             self._try_put(SYNC_PERIOD, 0, 0)
@@ -213,6 +213,4 @@ def _communication(index: int) -> int:
 
 def _with_problem(difference: Difference, problems: dict[tuple[int, int], str]) -> Difference:
     problem = problems.get((difference.index, difference.subindex), difference.problem)
-    return Difference(
-        difference.index, difference.subindex, difference.name, difference.stated, difference.found, problem
-    )
+    return replace(difference, problem=problem)

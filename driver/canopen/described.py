@@ -1,4 +1,4 @@
-"""What the EDS or DCF of a node, which `vehicle.toml` names, says otherwise than node or `vehicle.toml`."""
+"""Compares the EDS or DCF of a node, which `vehicle.toml` names, with the node and with `vehicle.toml`."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def load_descriptions(vehicle: VehicleParameters) -> dict[int, Eds]:
 
 
 def description_remarks(sdo: Sdo, eds: Eds, encoders: Sequence[Encoder]) -> tuple[str, ...]:
-    """Return what an operator should check, by the description of a node.
+    """Return remarks for an operator: where a node differs from its description.
 
     Args:
         sdo: Objects of the node.
@@ -56,16 +56,16 @@ def _of_identity(sdo: Sdo, eds: Eds) -> str:
         (1, "vendor", information.vendor_number),
         (2, "product", information.product_number),
     ):
-        found = sdo.find(0x1018, subindex) if stated else None
-        if found not in {None, stated}:
+        actual = sdo.find(0x1018, subindex) if stated else None
+        if actual not in {None, stated}:
             return (
-                f"it describes {name} {stated:X}h, the device is of {name} {found:X}h; is it the right file?"
+                f"it describes {name} {stated:X}h, the device is of {name} {actual:X}h; is it the right file?"
             )
     return ""
 
 
 def _of_position(encoder: Encoder, entry: Entry, eds: Eds) -> str:
-    """Return what the description says about the position object that vehicle.toml does not."""
+    """Return how the description of the position object differs from vehicle.toml; empty if it agrees."""
     variable = eds.dictionary.get_variable(entry.index, entry.subindex)
     what = f"{encoder.channel}: {entry.index:04X}h:{entry.subindex:02X}"
     if variable is None:
@@ -79,9 +79,9 @@ def _of_position(encoder: Encoder, entry: Entry, eds: Eds) -> str:
 
 
 def _of_values(sdo: Sdo, eds: Eds) -> Iterator[str]:
-    """Yield where the device is not as its DCF states, in what vehicle.toml and the driver leave alone."""
-    found = differences(sdo, eds.dictionary, lambda index: index not in OURS and index not in PDOS)
-    for number, difference in enumerate(found):
+    """Yield where the device differs from its DCF, except in objects that vehicle.toml and the driver set."""
+    others = differences(sdo, eds.dictionary, lambda index: index not in OURS and index not in PDOS)
+    for number, difference in enumerate(others):
         if number == MAX_LISTED:
             yield "and more; `omnimate dcf compare` lists all"
             return

@@ -21,7 +21,7 @@ _SECTION = re.compile(r"\[([^\]]*)\].*")
 _OBJECT = re.compile(r"\[([0-9A-Fa-f]{4})(\w*)\]")
 _COMMENT = re.compile(r"\s+(?:#|//|;).*$")
 _DUMMIES = tuple(f"Dummy{number:04d}" for number in range(1, 8))
-# Numbers without which canopen refuses the file, and what stands for them; None: the line is left out.
+# Numbers without which canopen refuses the file, and their replacement; None: the line is left out.
 _NUMBERS: dict[str, str | None] = {
     "DataType": "0x000F",  # DOMAIN: taken as bytes
     "ObjectType": None,
@@ -62,7 +62,7 @@ def load_eds(path: Path | str, node: int) -> Eds:
 
     Args:
         path: Path of the file.
-        node: CANopen node id that stands for `$NODEID` in the file.
+        node: CANopen node id that replaces `$NODEID` in the file.
 
     Raises:
         EdsError: The file cannot be read even tolerantly.
@@ -86,15 +86,15 @@ def _import(text: str, node: int, remarks: list[str]) -> ObjectDictionary:
         return _import_whole(text, node)
     except _REFUSALS:
         head, objects = _by_object(text)
-    kept = [head]
+    accepted = [head]
     for index, sections in objects.items():
         try:
             _import_whole(head + sections, node)
         except _REFUSALS as error:
             remarks.append(f"[{index}]: left out: {error}")
         else:
-            kept.append(sections)
-    return _import_whole("".join(kept), node)
+            accepted.append(sections)
+    return _import_whole("".join(accepted), node)
 
 
 def _import_whole(text: str, node: int) -> ObjectDictionary:
@@ -106,7 +106,7 @@ def _import_whole(text: str, node: int) -> ObjectDictionary:
 def _by_object(text: str) -> tuple[str, dict[str, str]]:
     """Return the sections that describe no object, and those of each object by its index as it is written.
 
-    An object stands before its sub-indices, which canopen asks for.
+    An object comes before its sub-indices, as canopen requires.
     """
     head, objects = "", dict[str, str]()
     for section in re.split(r"^(?=\[)", text, flags=re.MULTILINE):
@@ -144,7 +144,9 @@ def _repair(text: str, remarks: list[str]) -> str:
             if section.lower() == "comments":  # nobody reads them, and canopen refuses one that is missing
                 skipping = True
             elif skipping:
-                remarks.append(f"line {number}: section [{section}] stands twice; the second one is ignored")
+                remarks.append(
+                    f"line {number}: section [{section}] is given twice; the second one is ignored"
+                )
             lines.append("" if skipping else f"[{section}]")
         elif skipping or not stripped or stripped[0] in ";#":
             lines.append("")
@@ -165,7 +167,7 @@ def _entry(line: str, number: int, keys: set[str], remarks: list[str]) -> str:
         remarks.append(f"line {number}: {line!r} is no key=value; ignored")
         return ""
     if key in keys:
-        remarks.append(f"line {number}: {key} stands twice in its section; the second one is ignored")
+        remarks.append(f"line {number}: {key} is given twice in its section; the second one is ignored")
         return ""
     keys.add(key)
     bare = _number(_COMMENT.sub("", value))

@@ -9,16 +9,9 @@ if TYPE_CHECKING:
 
 MASTER, SLAVE = 0x7E5, 0x7E4  # COB-IDs
 NO_ID = 0xFF
-SILENCE = 0.04  # [s] after which no answer comes to a question of fastscan
+SILENCE = 0.04  # [s] to wait for the answer to one question of fastscan: 130 are asked for each device
 
 Identity = tuple[int, int, int, int]  # vendor, product, revision, serial number: 1018h:1 to :4
-
-
-class _Reply(Protocol):
-    @property
-    def data(self) -> bytes:
-        """Data bytes of the frame."""
-        ...
 
 
 class Frames(Protocol):
@@ -29,11 +22,11 @@ class Frames(Protocol):
         ...
 
     def drain(self) -> None:
-        """Forget what has come."""
+        """Drop the frames that have come."""
         ...
 
-    def await_frame(self, can_id: int, seconds: float | None = None) -> _Reply | None:
-        """Return the next frame of an identifier, or None where none comes in time."""
+    def await_frame(self, can_id: int, seconds: float | None = None) -> bytes | None:
+        """Return the data of the next frame of an identifier, or None where none comes in time."""
         ...
 
 
@@ -51,8 +44,8 @@ class LssMaster:
         """Send a request and return the answer of 8 bytes, None where none comes."""
         self._frames.drain()
         self.send(request)
-        reply = self._frames.await_frame(SLAVE, seconds)
-        return None if reply is None else reply.data.ljust(8, b"\0")
+        answer = self._frames.await_frame(SLAVE, seconds)
+        return None if answer is None else answer.ljust(8, b"\0")
 
     def send(self, request: bytes) -> None:
         """Send a request that has no answer."""
@@ -77,13 +70,13 @@ class LssMaster:
 
     def identity(self) -> Identity | None:
         """Return the identity of the device in configuration, None where it does not answer."""
-        found = []
+        numbers = []
         for command in (0x5A, 0x5B, 0x5C, 0x5D):
             answer = self.ask(bytes([command]))
             if answer is None or answer[0] != command:
                 return None
-            found.append(int.from_bytes(answer[1:5], "little"))
-        return found[0], found[1], found[2], found[3]
+            numbers.append(int.from_bytes(answer[1:5], "little"))
+        return numbers[0], numbers[1], numbers[2], numbers[3]
 
     def configure_id(self, node: int) -> bool:
         """Give the device in configuration a node id for when it leaves; return whether it takes it."""
@@ -105,7 +98,7 @@ class LssMaster:
         """
         if self.ask(b"\x51" + bytes(4) + b"\x80\x00\x00") is None:
             return None
-        found = []
+        numbers = []
         for number in range(4):
             value = 0
             for bit in range(31, -1, -1):
@@ -113,8 +106,8 @@ class LssMaster:
                 value |= (self.ask(asked, SILENCE) is None) << bit
             if self.ask(_number(0x51, value) + bytes([0, number, (number + 1) % 4])) is None:
                 return None
-            found.append(value)
-        return found[0], found[1], found[2], found[3]
+            numbers.append(value)
+        return numbers[0], numbers[1], numbers[2], numbers[3]
 
 
 def _number(command: int, value: int) -> bytes:

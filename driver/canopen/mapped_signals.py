@@ -1,4 +1,4 @@
-"""What PDOs carry, by the mapping that a device or a log shows and by the object dictionary that names it."""
+"""The signals of PDOs, by the mapping of a device or a log and the names in the object dictionary."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One node of a bus for people and scripts: its objects, and whether another master works there."""
+"""Opens a bus to read or write the objects of one node, unless another master works there."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
     from omnimate.driver.canopen.sdo import Sdo
 
-LISTENING = 0.3  # [s] in which another master would send SYNC
-LONGEST = 1 << 16  # answers of one transfer: objects of some 450 kB
-PERIOD = 1.0  # [s] of a clock that nothing reads here
+LISTENING = 0.3  # [s] in which another master sends SYNC: 3.3 Hz or more
+MAX_RESPONSES = 1 << 16  # answers of one transfer, 7 bytes each: objects of up to 450 kB
+PERIOD = 1.0  # [s] between SYNCs of the clock, which sends none here
 
 
 class MasterActiveError(DriverError):
@@ -87,5 +87,5 @@ def open_node(
             message.arbitration_id, message.data, message.timestamp
         )
         sdo = network.sdo(node, None if dictionary is None else {node: dictionary}, timeout)
-        sdo.max_responses = LONGEST
+        sdo.max_responses = MAX_RESPONSES
         yield sdo

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from omnimate.driver.canopen.sdo import Sdo
     from omnimate.vehicle.parameters import Channel, Encoder
 
-SECOND_ANSWERS = 2  # of four requests: one may be a device's mistake
+MIN_DUPLICATES = 2  # of four requests: one may be a device's mistake
 PROFILES = {406: "cia406", 402: "cia402"}
 IDENTITY = ((1, "vendor"), (2, "product"), (4, "serial"))
 # What a CiA 406 encoder may report; all optional, all only read.
@@ -27,8 +27,9 @@ ENCODER_OBJECTS = (
     (0x6509, "offset"),
     (0x650B, "serial number"),
 )
+# Choices of the driver; CiA 301 leaves 1017h free from 1 ms on.
 HEARTBEAT_MS = 500  # [ms] producer heartbeat time 1017h of an encoder
-DRIVE_HEARTBEAT_MS = 25  # [ms] of a drive, whose loss must stop the robot within 100 ms
+DRIVE_HEARTBEAT_MS = 25  # [ms] of a drive: lost after three of them, it stops the robot within 100 ms
 SHORTEST_MS, LONGEST_MS = 10, 2000  # [ms] a heartbeat period in this range is left as it is
 # A stopped node has no SDO; NMT brings it back (CiA 301).
 _REMEDIES = (
@@ -132,13 +133,13 @@ def check_alone(sdo: Sdo) -> None:
     """Check that one device answers under this node id: each request has one answer.
 
     Raises:
-        TwoDevices: `SECOND_ANSWERS` of four requests were answered twice.
+        TwoDevices: `MIN_DUPLICATES` of four requests were answered twice.
         SdoSilent: The node stops answering.
     """
     sdo.reset_duplicate_answers()
     for subindex in range(1, 5):
         sdo.find(0x1018, subindex)
-    if sdo.duplicate_answers >= SECOND_ANSWERS:
+    if sdo.duplicate_answers >= MIN_DUPLICATES:
         raise TwoDevices(sdo.node)
 
 

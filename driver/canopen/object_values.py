@@ -16,17 +16,18 @@ if TYPE_CHECKING:
 
     from canopen.objectdictionary import ObjectDictionary
 
-INTEGERS = {f"{sign}{bits}" for sign in "ui" for bits in (8, 16, 24, 32, 40, 48, 56, 64)}
+_WIDTHS = (8, 16, 24, 32, 40, 48, 56, 64)  # [bit] of the integers of CiA 301
 FLOATS = {"f32": "<f", "f64": "<d"}
-KINDS = (*sorted(INTEGERS), *FLOATS, "text", "hex")
 _KIND_OF = {
+    **{getattr(types, f"UNSIGNED{bits}"): f"u{bits}" for bits in _WIDTHS},
+    **{getattr(types, f"INTEGER{bits}"): f"i{bits}" for bits in _WIDTHS},
     types.BOOLEAN: "u8",
-    types.UNSIGNED8: "u8", types.UNSIGNED16: "u16", types.UNSIGNED24: "u24", types.UNSIGNED32: "u32",
-    types.UNSIGNED40: "u40", types.UNSIGNED48: "u48", types.UNSIGNED56: "u56", types.UNSIGNED64: "u64",
-    types.INTEGER8: "i8", types.INTEGER16: "i16", types.INTEGER24: "i24", types.INTEGER32: "i32",
-    types.INTEGER40: "i40", types.INTEGER48: "i48", types.INTEGER56: "i56", types.INTEGER64: "i64",
-    types.REAL32: "f32", types.REAL64: "f64", types.VISIBLE_STRING: "text",
-}  # fmt: skip
+    types.REAL32: "f32",
+    types.REAL64: "f64",
+    types.VISIBLE_STRING: "text",
+}
+INTEGERS = {f"{sign}{bits}" for sign in "ui" for bits in _WIDTHS}
+KINDS = (*sorted(INTEGERS), *FLOATS, "text", "hex")
 _PLACE = re.compile(r"(?:0x)?([0-9A-Fa-f]{4})h?(?::(?:0x)?([0-9A-Fa-f]{1,2})h?)?")
 
 

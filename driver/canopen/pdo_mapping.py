@@ -1,4 +1,4 @@
-"""Which objects a PDO must carry, so that the fields of `vehicle.toml` hold."""
+"""The objects that a PDO must carry, so that it has the fields of `vehicle.toml`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.parameters import Channel, Encoder
 
-AXIS = 0x800  # distance of the objects of two axes of one CiA 402 device
+AXIS = 0x800  # between the objects of two axes of one CiA 402 device: two logical devices of CiA 301
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Entry:
 
     @property
     def value(self) -> int:
-        """The entry as it stands in the mapping parameters, such as 1A00h:01."""
+        """The entry as a value of the mapping parameters, such as 1A00h:01 (CiA 301, 7.5.2.38)."""
         return self.index << 16 | self.subindex << 8 | self.bits
 
     @classmethod

@@ -17,10 +17,11 @@ if TYPE_CHECKING:
 
 TPDO, RPDO = 0x1800, 0x1400  # communication parameters of the first PDO
 MAPPING = 0x200  # from communication to mapping parameters
-INVALID = 1 << 31
-NO_RTR = 1 << 30
-NOT_MAPPABLE = frozenset({0x06020000, 0x06040041, 0x06090011, 0x06090030})  # SDO abort codes
-MAX_ENTRIES = 64
+# Upper bits of a PDO's COB-ID (CiA 301, 7.5.2.37): it is switched off; it cannot be requested.
+INVALID, NO_RTR = 1 << 31, 1 << 30
+# SDO abort codes of devices that cannot map an object; CiA 301 asks for the first two
+NOT_MAPPABLE = frozenset({0x06020000, 0x06040041, 0x06090011, 0x06090030})
+MAX_ENTRIES = 64  # of a mapping: 64 objects of one bit (CiA 301, 7.5.2.38)
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 TRIES = 3  # of a request that is not answered
 MAX_RESPONSES = 64  # answers of one transfer, 7 bytes each: the driver reads no longer object
 _STANDARD = standard_dictionary()  # for the sizes of objects that an EDS leaves out
-# Command bytes of SDO and abort codes (CiA 301, 7.2.4.3).
+# Command bytes of SDO and abort codes (CiA 301, 7.2.4).
 UPLOAD, DOWNLOAD = 0x40, 0x23  # requests of an expedited transfer; the second with its size indicated
 SEGMENTS = frozenset({0x00, 0x20})  # answers that name no object
 UPLOADED, DOWNLOADED = 0x40, 0x60  # answers to the first request of an upload and of a download

@@ -1,1 +1,1 @@
-"""Does a device do what CiA 301, 305, 402 and 406 ask for? Checks by raw frames, against any node."""
+"""Conformance checks of any node by raw frames: CiA 301, 305, 402 and 406."""

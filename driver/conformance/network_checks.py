@@ -6,6 +6,11 @@ from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.lss import NO_ID, LssMaster
 from omnimate.driver.conformance.probe import (
+    DEVICE_STATE,
+    INCOMPATIBLE,
+    INVALID_VALUE,
+    LOCAL_CONTROL,
+    NOT_STORED,
     AbsentError,
     ConformanceError,
     expect,
@@ -33,7 +38,9 @@ if TYPE_CHECKING:
 
 PERIOD = 0.1  # [s] of the heartbeat in the checks
 STATES = {NMT_START: OPERATIONAL, NMT_STOP: STOPPED, NMT_PRE_OPERATIONAL: PRE_OPERATIONAL}
-VALUE, STATE, SIGNATURE = 0x06090030, 0x08000022, (0x08000020, 0x08000021, 0x08000022, 0x06090030)
+# Answers to a wrong signature: CiA 301 asks for 0800002xh, some devices state an invalid value.
+WRONG_SIGNATURE = (NOT_STORED, LOCAL_CONTROL, DEVICE_STATE, INVALID_VALUE)
+SAVE, LOAD = 0x65766173, 0x64616F6C  # signatures of 1010h and 1011h: "save", "load" in ASCII (CiA 301)
 
 
 def device_type(probe: Probe) -> None:
@@ -54,26 +61,22 @@ def identity(probe: Probe) -> None:
     expect(int.from_bytes(probe.read(0x1018, 1), "little") != 0, "the vendor id 1018h:01 is 0")
 
 
-def boot_up(probe: Probe, command: int) -> None:
-    """A reset ends with the boot-up frame, pre-operational, and SDO works."""
-    probe.reset(command)
-    probe.read(0x1000)
-
-
 def reset_node(probe: Probe) -> None:
     """NMT reset node ends with the boot-up frame."""
-    boot_up(probe, NMT_RESET_NODE)
+    probe.reset(NMT_RESET_NODE)
+    probe.read(0x1000)
 
 
 def reset_communication(probe: Probe) -> None:
     """NMT reset communication ends with the boot-up frame."""
-    boot_up(probe, NMT_RESET_COMMUNICATION)
+    probe.reset(NMT_RESET_COMMUNICATION)
+    probe.read(0x1000)
 
 
 def states(probe: Probe) -> None:
-    """Start, stop and enter pre-operational lead to the states that the heartbeat says."""
+    """Start, stop and enter pre-operational lead to the states that the heartbeat reports."""
     state_of = _state_reader(probe)
-    with probe.keeping((0x1017, 0, 2)):
+    with probe.restoring((0x1017, 0, 2)):
         _begin_heartbeat(probe)
         try:
             for command, expected in STATES.items():
@@ -101,7 +104,7 @@ def stopped_is_silent(probe: Probe) -> None:
 def foreign_commands(probe: Probe) -> None:
     """Unknown NMT commands, and those of another node, change nothing."""
     state_of = _state_reader(probe)
-    with probe.keeping((0x1017, 0, 2)):
+    with probe.restoring((0x1017, 0, 2)):
         _begin_heartbeat(probe)
         probe.nmt(NMT_PRE_OPERATIONAL)
         other = probe.node % 126 + 1
@@ -116,7 +119,7 @@ def foreign_commands(probe: Probe) -> None:
 def heartbeat(probe: Probe) -> None:
     """1017h sets the period of the heartbeat, and 0 ends it."""
     probe.need(0x1017)
-    with probe.keeping((0x1017, 0, 2)):
+    with probe.restoring((0x1017, 0, 2)):
         _begin_heartbeat(probe)
         times = [reply.time for reply in probe.heartbeats(6.5 * PERIOD)]
         expect(5 <= len(times) <= 8, f"{len(times)} heartbeats in {6.5 * PERIOD:g} s at 1017h = 100 ms")
@@ -126,42 +129,43 @@ def heartbeat(probe: Probe) -> None:
 
 
 def heartbeat_consumer(probe: Probe) -> None:
-    """1016h refuses to watch one node twice."""
+    """1016h refuses to monitor one node twice."""
     if probe.need(0x1016) < 2:
         raise AbsentError("1016h has fewer than two entries")
-    with probe.keeping((0x1016, 1, 4), (0x1016, 2, 4)):
+    with probe.restoring((0x1016, 1, 4), (0x1016, 2, 4)):
         probe.write(0x1016, 1, 126 << 16 | 500, 4)
-        expect_code(probe.refusal(0x1016, 2, 126 << 16 | 600, 4), 0x06040043)
+        expect_code(probe.refusal(0x1016, 2, 126 << 16 | 600, 4), INCOMPATIBLE)
 
 
 def error_after_heartbeat_loss(probe: Probe) -> None:
-    """A watched heartbeat that ends causes EMCY 8130h, and 1029h:1 says what state follows."""
+    """A monitored heartbeat that ends causes EMCY 8130h, and 1029h:1 decides what state follows."""
     probe.need(0x1016, 1)
     if probe.find(0x1029, 1) is None:
         raise AbsentError("no 1029h:01")
-    watched = next(node for node in range(126, 0, -1) if node != probe.node and not _is_there(probe, node))
-    with probe.keeping((0x1016, 1, 4), (0x1017, 0, 2), (0x1029, 1, 1)):
+    monitored = next(node for node in range(126, 0, -1) if node != probe.node and not _is_there(probe, node))
+    with probe.restoring((0x1016, 1, 4), (0x1017, 0, 2), (0x1029, 1, 1)):
         for behaviour, expected in ((0, 0x7F), (1, 0x05), (2, 0x04)):
             probe.nmt(NMT_PRE_OPERATIONAL)
             probe.write(0x1029, 1, behaviour, 1)
-            probe.write(0x1016, 1, watched << 16 | 100, 4)
+            probe.write(0x1016, 1, monitored << 16 | 100, 4)
             _begin_heartbeat(probe)
             probe.nmt(NMT_START)
-            probe.send(0x700 + watched, b"\x05")
+            probe.send(0x700 + monitored, b"\x05")
             replies = probe.listen(4 * PERIOD)
             codes = [reply.data[:2] for reply in replies if reply.can_id == 0x80 + probe.node]
-            found = [reply.data[0] for reply in replies if reply.can_id == HEARTBEAT + probe.node]
+            reported = [reply.data[0] for reply in replies if reply.can_id == HEARTBEAT + probe.node]
+            state = reported[-1] if reported else 0
             probe.nmt(NMT_PRE_OPERATIONAL)
-            expect(b"\x30\x81" in codes, "no EMCY 8130h after a watched heartbeat ended")
+            expect(b"\x30\x81" in codes, "no EMCY 8130h after a monitored heartbeat ended")
             expect(
-                found and found[-1] == expected,
-                f"state {found[-1] if found else 0:02X}h at 1029h:01 = {behaviour}; expected {expected:02X}h",
+                reported and state == expected,
+                f"state {state:02X}h at 1029h:01 = {behaviour}; expected {expected:02X}h",
             )
 
 
 def node_guarding(probe: Probe) -> None:
     """A remote frame on 700h + node is answered with the state, its toggle bit alternating."""
-    with probe.keeping((0x1017, 0, 2)):
+    with probe.restoring((0x1017, 0, 2)):
         if probe.find(0x1017) is not None:
             probe.write(0x1017, 0, 0, 2)
         answers = []
@@ -189,7 +193,7 @@ def guarding_or_heartbeat(probe: Probe) -> None:
 def error_history(probe: Probe) -> None:
     """1003h:00 is set to 0 to clear the history, and to nothing else."""
     probe.need(0x1003)
-    expect_code(probe.refusal(0x1003, 0, 1, 1), VALUE)
+    expect_code(probe.refusal(0x1003, 0, 1, 1), INVALID_VALUE)
     expect(probe.refusal(0x1003, 0, 0, 1) is None, "the history is not cleared by writing 0 to 1003h:00")
     expect(probe.need(0x1003) == 0, f"1003h:00 is {probe.need(0x1003)} after clearing")
 
@@ -210,9 +214,9 @@ def sync_cob_id(probe: Probe) -> None:
 def sync_counter(probe: Probe) -> None:
     """1019h takes 0 and 2 to 240 only."""
     probe.need(0x1019)
-    with probe.keeping((0x1019, 0, 1)):
+    with probe.restoring((0x1019, 0, 1)):
         for value in (1, 241, 255):
-            expect_code(probe.refusal(0x1019, 0, value, 1), VALUE)
+            expect_code(probe.refusal(0x1019, 0, value, 1), INVALID_VALUE)
         for value in (2, 240, 0):
             expect(probe.refusal(0x1019, 0, value, 1) is None, f"{value} is refused")
 
@@ -232,36 +236,37 @@ def store_signature(probe: Probe) -> None:
     if not found:
         raise AbsentError("no 1010h:01 and no 1011h:01")
     for index in found:
-        expect_code(probe.refusal(index, 1, 0x12345678, 4), *SIGNATURE)
+        expect_code(probe.refusal(index, 1, 0x12345678, 4), *WRONG_SIGNATURE)
 
 
 def store_and_restore(probe: Probe) -> None:
-    """What is stored by 1010h holds after a reset; 1011h brings the factory's values back."""
+    """Values stored by 1010h hold after a reset; 1011h brings the factory's values back."""
     probe.need(0x1010, 1)
     probe.need(0x1011, 1)
     before = probe.need(0x1017)
     probe.write(0x1017, 0, 777, 2)
-    probe.write(0x1010, 1, 0x65766173, 4)  # "save"
+    probe.write(0x1010, 1, SAVE, 4)
     probe.reset(NMT_RESET_NODE)
     stored = probe.need(0x1017)
-    probe.write(0x1011, 1, 0x64616F6C, 4)  # "load"
+    probe.write(0x1011, 1, LOAD, 4)
     probe.reset(NMT_RESET_NODE)
     restored = probe.need(0x1017)
     if before != restored:
         probe.write(0x1017, 0, before, 2)
-        probe.write(0x1010, 1, 0x65766173, 4)
+        probe.write(0x1010, 1, SAVE, 4)
     expect(stored == 777, f"1017h is {stored} after saving 777 and a reset")
     expect(restored != 777, "1017h is still the stored one after restoring and a reset")
 
 
 def lss_selective(probe: Probe) -> None:
-    """LSS switches the node with its identity to configuration, where it tells its node id."""
+    """LSS switches the node with its identity to configuration, where it reports its node id."""
     master = _selected(probe)
     try:
-        expect(master.node_id() == probe.node, f"it tells node id {master.node_id()}")
-        identity_there = tuple(probe.need(0x1018, subindex) for subindex in (1, 2, 3, 4))
+        expect(master.node_id() == probe.node, f"it reports node id {master.node_id()}")
+        stated = tuple(probe.need(0x1018, subindex) for subindex in (1, 2, 3, 4))
         expect(
-            master.identity() == identity_there, f"it tells {master.identity()}; 1018h is {identity_there}"
+            master.identity() == stated,
+            f"it reports {master.identity()}; 1018h is {stated}",
         )
     finally:
         master.leave()
@@ -281,7 +286,7 @@ def lss_fastscan(probe: Probe) -> None:
         probe.drain()
         master.leave()
         boot = probe.await_frame(HEARTBEAT + probe.node)
-        expect(boot is not None and boot.data == b"\0", "no boot-up after the node id was set")
+        expect(boot == b"\0", "no boot-up after the node id was set")
     expect(found == wanted, f"fastscan found {found}; expected {wanted}")
 
 
@@ -299,7 +304,7 @@ def _begin_heartbeat(probe: Probe) -> None:
 
 
 def _state_reader(probe: Probe) -> Callable[[Probe], int]:
-    """Return how the state can be seen: by the heartbeat, else by node guarding."""
+    """Return the function that reads the NMT state: by the heartbeat, else by node guarding."""
     return _heartbeat_state if probe.find(0x1017) is not None else _guarded_state
 
 
@@ -317,7 +322,7 @@ def _guarded_state(probe: Probe) -> int:
 
 
 def _is_there(probe: Probe, node: int) -> bool:
-    """Say whether another node answers SDO."""
+    """Return whether another node answers SDO."""
     probe.listen(0.0)
     probe.send(SDO_REQUEST + node, b"\x40\x00\x10".ljust(8, b"\0"))
     return probe.await_frame(SDO_ANSWER + node, PERIOD) is not None

@@ -5,7 +5,19 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from omnimate.driver.conformance.probe import AbsentError, expect, expect_code
+from omnimate.driver.canopen.pdo_parameters import INVALID, MAPPING, RPDO, TPDO
+from omnimate.driver.conformance.probe import (
+    DEVICE_STATE,
+    INVALID_VALUE,
+    NO_OBJECT,
+    NOT_MAPPABLE,
+    PDO_TOO_LONG,
+    READ_ONLY,
+    UNSUPPORTED_ACCESS,
+    AbsentError,
+    expect,
+    expect_code,
+)
 from omnimate.files.logs.canopen_words import NMT_PRE_OPERATIONAL, NMT_START, SYNC_ID
 
 if TYPE_CHECKING:
@@ -13,11 +25,9 @@ if TYPE_CHECKING:
 
     from omnimate.driver.conformance.probe import Probe
 
-TPDO, RPDO, MAPPING, OFF = 0x1800, 0x1400, 0x200, 1 << 31
-VALUE, STATE, NOT_MAPPABLE, TOO_LONG, NO_OBJECT = 0x06090030, 0x08000022, 0x06040041, 0x06040042, 0x06020000
-UNSUPPORTED = (0x06010000, 0x06010002, VALUE)  # a parameter that cannot be changed
+UNSUPPORTED = (UNSUPPORTED_ACCESS, READ_ONLY, INVALID_VALUE)  # a parameter that cannot be changed
 ERROR_REGISTER = 0x10010008  # 1001h as an entry of a mapping: every device has it
-SYNC_ANSWER = 0.1  # [s]
+SYNC_ANSWER = 0.1  # [s] to wait for the PDOs that answer one SYNC
 
 
 def answers_sync(probe: Probe) -> None:
@@ -50,7 +60,7 @@ def switched_off(probe: Probe) -> None:
     """A TPDO with bit 31 of its COB-ID set is not sent."""
     cob_id = _tpdo(probe)
     with _saved(probe, TPDO):
-        code = probe.refusal(TPDO, 1, cob_id | OFF, 4)
+        code = probe.refusal(TPDO, 1, cob_id | INVALID, 4)
         if code is not None:
             raise AbsentError(f"bit 31 of the COB-ID is refused with {code:08X}h")
         probe.nmt(NMT_START)
@@ -62,8 +72,8 @@ def cob_id_while_valid(probe: Probe) -> None:
     """The COB-ID of a valid TPDO cannot be changed."""
     cob_id = _tpdo(probe)
     with _saved(probe, TPDO):
-        probe.refusal(TPDO, 1, cob_id & ~OFF, 4)
-        expect_code(probe.refusal(TPDO, 1, (cob_id & ~OFF) ^ 0x400, 4), *UNSUPPORTED, STATE)
+        probe.refusal(TPDO, 1, cob_id & ~INVALID, 4)
+        expect_code(probe.refusal(TPDO, 1, (cob_id & ~INVALID) ^ 0x400, 4), *UNSUPPORTED, DEVICE_STATE)
 
 
 def mapping_order(probe: Probe) -> None:
@@ -83,13 +93,11 @@ def mapping_changes(probe: Probe) -> None:
             raise AbsentError(f"1001h cannot be mapped: {code:08X}h")
         probe.write(TPDO + MAPPING, 0, 1, 1)
         probe.refusal(TPDO, 2, 1, 1)
-        probe.write(TPDO, 1, cob_id & ~OFF, 4)
+        probe.write(TPDO, 1, cob_id & ~INVALID, 4)
         probe.nmt(NMT_START)
         probe.send(SYNC_ID)
-        reply = probe.await_frame(cob_id & 0x7FF, SYNC_ANSWER)
-    expect(
-        reply is None or len(reply.data) == 1, f"a PDO of {len(reply.data) if reply else 0} bytes; expected 1"
-    )
+        data = probe.await_frame(cob_id & 0x7FF, SYNC_ANSWER)
+    expect(data is None or len(data) == 1, f"a PDO of {len(data or b'')} bytes; expected 1")
 
 
 def mapping_of_nothing(probe: Probe) -> None:
@@ -109,10 +117,10 @@ def mapping_too_long(probe: Probe) -> None:
     copies = 64 // (entry & 0xFF) + 1 if entry & 0xFF else 0
     with _emptied(probe, cob_id):
         codes = [probe.refusal(TPDO + MAPPING, number, entry, 4) for number in range(1, copies + 1)]
-        if not copies or any(code not in {None, TOO_LONG} for code in codes):
+        if not copies or any(code not in {None, PDO_TOO_LONG} for code in codes):
             raise AbsentError("the mapping cannot hold its first object often enough")
-        code = TOO_LONG if TOO_LONG in codes else probe.refusal(TPDO + MAPPING, 0, copies, 1)
-    expect_code(code, TOO_LONG)
+        code = PDO_TOO_LONG if PDO_TOO_LONG in codes else probe.refusal(TPDO + MAPPING, 0, copies, 1)
+    expect_code(code, PDO_TOO_LONG)
 
 
 def event_timer(probe: Probe) -> None:
@@ -121,11 +129,11 @@ def event_timer(probe: Probe) -> None:
     if probe.find(TPDO, 5) is None:
         raise AbsentError("no 1800h:05")
     with _saved(probe, TPDO):
-        probe.refusal(TPDO, 1, cob_id | OFF, 4)
+        probe.refusal(TPDO, 1, cob_id | INVALID, 4)
         codes = [probe.refusal(TPDO, 2, 255, 1), probe.refusal(TPDO, 5, 100, 2)]
         if codes != [None, None]:
             raise AbsentError("type 255 or the event timer is refused")
-        probe.refusal(TPDO, 1, cob_id & ~OFF, 4)
+        probe.refusal(TPDO, 1, cob_id & ~INVALID, 4)
         probe.nmt(NMT_START)
         count = len(probe.heard(cob_id & 0x7FF, 0.55))
     expect(4 <= count <= 8, f"{count} PDOs in 0.55 s with an event timer of 100 ms")
@@ -137,7 +145,7 @@ def rpdo_length(probe: Probe) -> None:
     length = sum(
         (probe.find(RPDO + MAPPING, n) or 0) & 0xFF for n in range(1, probe.need(RPDO + MAPPING) + 1)
     )
-    if cob_id & OFF or length <= 8:
+    if cob_id & INVALID or length <= 8:
         raise AbsentError("RPDO1 is switched off or has one byte")
     probe.nmt(NMT_START)
     probe.listen(0.0)
@@ -158,7 +166,7 @@ def _tpdo(probe: Probe) -> int:
 def _need_mapping(probe: Probe) -> int:
     cob_id = _tpdo(probe)
     with _saved(probe, TPDO):
-        probe.refusal(TPDO, 1, cob_id | OFF, 4)
+        probe.refusal(TPDO, 1, cob_id | INVALID, 4)
         code = probe.refusal(TPDO + MAPPING, 0, 0, 1)
     if code is not None:
         raise AbsentError(f"the mapping of TPDO1 is fixed: {code:08X}h")
@@ -177,18 +185,18 @@ def _of_type(probe: Probe, kind: int) -> Iterator[int]:
     """Give TPDO1 a transmission type for a while; yield its COB-ID."""
     cob_id = _tpdo(probe)
     with _saved(probe, TPDO):
-        probe.refusal(TPDO, 1, cob_id | OFF, 4)
+        probe.refusal(TPDO, 1, cob_id | INVALID, 4)
         code = probe.refusal(TPDO, 2, kind, 1)
         if code is not None:
             raise AbsentError(f"transmission type {kind} is refused with {code:08X}h")
-        probe.refusal(TPDO, 1, cob_id & ~OFF, 4)
+        probe.refusal(TPDO, 1, cob_id & ~INVALID, 4)
         yield cob_id
 
 
 @contextmanager
 def _emptied(probe: Probe, cob_id: int) -> Iterator[None]:
     with _saved(probe, TPDO):
-        probe.refusal(TPDO, 1, cob_id | OFF, 4)
+        probe.refusal(TPDO, 1, cob_id | INVALID, 4)
         probe.refusal(TPDO + MAPPING, 0, 0, 1)
         yield
 
@@ -205,7 +213,7 @@ def _saved(probe: Probe, base: int) -> Iterator[None]:
         yield
     finally:
         probe.nmt(NMT_PRE_OPERATIONAL)
-        probe.refusal(base, 1, cob_id | OFF, 4)
+        probe.refusal(base, 1, cob_id | INVALID, 4)
         for index, subindex, size, value in kept:
             if value is not None and probe.find(index, subindex) != value:
                 probe.refusal(index, subindex, value, size)

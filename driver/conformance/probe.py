@@ -15,9 +15,16 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 BOOT_TIMEOUT = 5.0  # [s] from a reset to the boot-up frame
-MOST_DRAINED = 1000  # frames: more than a question can have answers, and a full bus ends
-SETTLING = 0.05  # [s] after an NMT command, to which there is no answer
+MAX_DRAINED = 1000  # frames, so that draining ends on a full bus too; 127 devices answer a question at most
+SETTLING = 0.05  # [s] after an NMT command, to which there is no answer (CiA 301, 7.2.8)
 ABORT = 0x80  # first byte of an SDO abort
+# SDO abort codes (CiA 301, 7.2.4)
+WRONG_TOGGLE, WRONG_COMMAND, WRONG_CRC = 0x05030000, 0x05040001, 0x05040004
+UNSUPPORTED_ACCESS, READ_ONLY, NO_OBJECT, NO_SUBINDEX = 0x06010000, 0x06010002, 0x06020000, 0x06090011
+NOT_MAPPABLE, PDO_TOO_LONG, INCOMPATIBLE = 0x06040041, 0x06040042, 0x06040043
+WRONG_LENGTH = (0x06070010, 0x06070012, 0x06070013)  # wrong, too long, too short
+INVALID_VALUE, VALUE_TOO_HIGH = 0x06090030, 0x06090031
+NOT_STORED, LOCAL_CONTROL, DEVICE_STATE = 0x08000020, 0x08000021, 0x08000022
 
 
 class Reply(NamedTuple):
@@ -90,7 +97,7 @@ class Probe:
             raise BusLost(error) from error
 
     def listen(self, seconds: float, until: Callable[[Reply], bool] = lambda _reply: False) -> list[Reply]:
-        """Return what comes in so many seconds, or up to the first frame for which `until` holds.
+        """Return the frames of the next seconds, or up to the first frame for which `until` holds.
 
         Raises:
             BusLost: The interface failed.
@@ -109,8 +116,8 @@ class Probe:
                 return replies
 
     def drain(self) -> None:
-        """Forget what has come, all of it: several devices may have answered a question."""
-        for _ in range(MOST_DRAINED):
+        """Drop all frames that have come: several devices may have answered a question."""
+        for _ in range(MAX_DRAINED):
             if not self.listen(0.0):
                 break
 
@@ -118,10 +125,10 @@ class Probe:
         """Return the frames of one identifier that come in so many seconds."""
         return [reply for reply in self.listen(seconds) if reply.can_id == can_id]
 
-    def await_frame(self, can_id: int, seconds: float | None = None) -> Reply | None:
-        """Return the next frame of an identifier, or None where none comes in time."""
+    def await_frame(self, can_id: int, seconds: float | None = None) -> bytes | None:
+        """Return the data of the next frame of an identifier, or None where none comes in time."""
         replies = self.listen(self.timeout if seconds is None else seconds, lambda r: r.can_id == can_id)
-        return replies[-1] if replies and replies[-1].can_id == can_id else None
+        return replies[-1].data if replies and replies[-1].can_id == can_id else None
 
     # SDO
 
@@ -129,16 +136,15 @@ class Probe:
         """Send an SDO request as it is, without waiting for its answer."""
         self.send(SDO_REQUEST + self.node, request)
 
-    def await_sdo(self, seconds: float | None = None) -> Reply | None:
+    def await_sdo(self) -> bytes | None:
         """Return the next SDO answer of the node, None where none comes in time."""
-        return self.await_frame(SDO_ANSWER + self.node, seconds)
+        return self.await_frame(SDO_ANSWER + self.node)
 
-    def ask(self, request: bytes, seconds: float | None = None) -> bytes | None:
+    def ask(self, request: bytes) -> bytes | None:
         """Send an SDO request as it is and return the answer, None where none comes."""
         self.listen(0.0)  # what is left of the check before
         self.send_sdo(request)
-        reply = self.await_sdo(seconds)
-        return None if reply is None else reply.data
+        return self.await_sdo()
 
     def dialogue(self, index: int, subindex: int, command: int, data: bytes = b"") -> bytes:
         """Send an SDO request about an object and return the answer.
@@ -223,8 +229,8 @@ class Probe:
         return None
 
     @contextmanager
-    def keeping(self, *objects: tuple[int, int, int]) -> Iterator[None]:
-        """Write objects (index, subindex, bytes) back at the end, in order, but for those that are absent."""
+    def restoring(self, *objects: tuple[int, int, int]) -> Iterator[None]:
+        """Write objects (index, subindex, bytes) back at the end, in order, except those that are absent."""
         before = [(*place, self.find(*place[:2])) for place in objects]
         try:
             yield
@@ -248,8 +254,7 @@ class Probe:
         """Ask for the state by node guarding and return the answer's data, None where none comes."""
         self.listen(0.0)
         self.send(HEARTBEAT + self.node, remote=True)
-        reply = self.await_frame(HEARTBEAT + self.node)
-        return None if reply is None else reply.data
+        return self.await_frame(HEARTBEAT + self.node)
 
     def reset(self, command: int) -> None:
         """Reset the node and wait for its boot-up.
@@ -260,10 +265,10 @@ class Probe:
         self.listen(0.0)
         self.send(NMT_ID, bytes([command, self.node]))
         boot = self.await_frame(HEARTBEAT + self.node, BOOT_TIMEOUT)
-        if boot is None or boot.data != b"\0":
-            found = "nothing" if boot is None else boot.data.hex()
+        if boot != b"\0":
+            received = "nothing" if boot is None else boot.hex()
             raise ConformanceError(
-                f"{found} on {HEARTBEAT + self.node:03X}h after a reset; expected boot-up 00"
+                f"{received} on {HEARTBEAT + self.node:03X}h after a reset; expected boot-up 00"
             )
 
 

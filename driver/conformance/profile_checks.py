@@ -1,10 +1,18 @@
-"""What the profiles of encoders (CiA 406) and drives (CiA 402) ask for; no drive is energised."""
+"""Checks by the profiles of encoders (CiA 406) and drives (CiA 402); no drive is energised."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.driver.conformance.probe import AbsentError, expect, expect_code
+from omnimate.driver.canopen.cia402 import DISABLE_VOLTAGE, FAULT_MASK, READY, SHUTDOWN, STATE_MASK
+from omnimate.driver.conformance.probe import (
+    INVALID_VALUE,
+    READ_ONLY,
+    VALUE_TOO_HIGH,
+    AbsentError,
+    expect,
+    expect_code,
+)
 from omnimate.files.logs.canopen_words import NMT_PRE_OPERATIONAL, NMT_START
 
 if TYPE_CHECKING:
@@ -13,9 +21,7 @@ if TYPE_CHECKING:
 # Mandatory objects and their bytes: CiA 406-1 class 1 and 2; CiA 402-2 for velocity modes.
 ENCODER_OBJECTS = {0x6000: 2, 0x6004: 4, 0x6500: 2, 0x6501: 4, 0x6503: 2, 0x6504: 2, 0x6505: 2, 0x6506: 2}
 DRIVE_OBJECTS = {0x603F: 2, 0x6040: 2, 0x6041: 2, 0x6060: 1, 0x6061: 1, 0x6502: 4}
-READ_ONLY = 0x06010002
-STATE_MASK, DISABLED, READY = 0x6F, 0x40, 0x21
-SHUTDOWN, DISABLE_VOLTAGE = 0x06, 0x00
+DISABLED = 0x40  # status word 6041h under `FAULT_MASK`: switch on disabled (CiA 402-2)
 
 
 def encoder_objects(probe: Probe) -> None:
@@ -40,7 +46,7 @@ def encoder_timer(probe: Probe) -> None:
     _profile(probe, 406)
     probe.need(0x6200)
     probe.nmt(NMT_PRE_OPERATIONAL)
-    with probe.keeping((0x6200, 0, 2)):
+    with probe.restoring((0x6200, 0, 2)):
         probe.write(0x6200, 0, 50, 2)
         expect(probe.find(0x1800, 5) in {None, 50}, f"1800h:05 is {probe.find(0x1800, 5)} at 6200h = 50")
 
@@ -65,7 +71,7 @@ def drive_states(probe: Probe) -> None:
     probe.nmt(NMT_START)
     try:
         probe.write(0x6040, 0, DISABLE_VOLTAGE, 2)
-        before = probe.need(0x6041) & 0x4F
+        before = probe.need(0x6041) & FAULT_MASK
         if before != DISABLED:
             raise AbsentError(
                 f"status word {probe.need(0x6041):04X}h: the drive is not in switch on disabled"
@@ -80,17 +86,17 @@ def drive_states(probe: Probe) -> None:
     expect(
         ready & STATE_MASK == READY, f"status word {ready:04X}h after shutdown; expected ready to switch on"
     )
-    expect(after & 0x4F == DISABLED, f"status word {after:04X}h after disable voltage")
+    expect(after & FAULT_MASK == DISABLED, f"status word {after:04X}h after disable voltage")
 
 
 def drive_modes(probe: Probe) -> None:
     """Modes of operation that 6502h does not list are refused."""
     _profile(probe, 402)
     supported = probe.need(0x6502)
-    with probe.keeping((0x6060, 0, 1)):
+    with probe.restoring((0x6060, 0, 1)):
         for mode in range(1, 11):
             if not supported >> (mode - 1) & 1:
-                expect_code(probe.refusal(0x6060, 0, mode, 1), 0x06090030, 0x06090031)
+                expect_code(probe.refusal(0x6060, 0, mode, 1), INVALID_VALUE, VALUE_TOO_HIGH)
                 return
 
 

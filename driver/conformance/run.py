@@ -50,12 +50,12 @@ class Check:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What came of a check.
+    """The outcome of a check.
 
     Attributes:
         check: The check.
         outcome: Whether the device does it, does it wrongly, or does not have it at all where it need not.
-        reason: What was found, where it did not pass.
+        reason: Why it did not pass; empty where it did.
     """
 
     check: Check

@@ -6,25 +6,28 @@ from binascii import crc_hqx
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from omnimate.driver.conformance.probe import AbortedError, AbsentError, ConformanceError, expect, expect_code
+from omnimate.driver.conformance.probe import (
+    NO_OBJECT,
+    NO_SUBINDEX,
+    READ_ONLY,
+    WRONG_COMMAND,
+    WRONG_CRC,
+    WRONG_LENGTH,
+    WRONG_TOGGLE,
+    AbortedError,
+    AbsentError,
+    ConformanceError,
+    expect,
+    expect_code,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from omnimate.driver.conformance.probe import Probe
 
-COMMAND, TOGGLE, READ_ONLY, NO_OBJECT, NO_SUBINDEX = (
-    0x05040001,
-    0x05030000,
-    0x06010002,
-    0x06020000,
-    0x06090011,
-)
-WRONG_CRC = 0x05040004
-LENGTHS = (0x06070010, 0x06070012, 0x06070013)  # wrong, too long, too short
 HEARTBEAT_TIME = 0x1017  # a writable object of 2 bytes that nearly every device has
 LONG_TEXT = 0x1008  # an object of more than 4 bytes that most devices have
-LONG = 5  # bytes: from here on an upload is segmented
 CLIENT_ABORT = b"\x80" + LONG_TEXT.to_bytes(2, "little") + b"\0" + (0x08000000).to_bytes(4, "little")
 
 
@@ -46,7 +49,7 @@ def segmented_upload(probe: Probe) -> None:
 def toggle_error(probe: Probe) -> None:
     """A segment with the wrong toggle bit is aborted."""
     _long_upload(probe)
-    with _aborted("a segment with the wrong toggle bit was answered", TOGGLE):
+    with _aborted("a segment with the wrong toggle bit was answered", WRONG_TOGGLE):
         probe.segment(bytes([0x70]).ljust(8, b"\0"))
 
 
@@ -78,16 +81,14 @@ def long_download(probe: Probe) -> None:
 
 def download_without_size(probe: Probe) -> None:
     """An expedited download that states no size is taken with the size of the object."""
-    probe.need(HEARTBEAT_TIME)
-    with probe.keeping((HEARTBEAT_TIME, 0, 2)):
+    with _restored_heartbeat_time(probe):
         probe.dialogue(HEARTBEAT_TIME, 0, 0x22, (2000).to_bytes(2, "little"))
         _expect_heartbeat_time(probe, 2000)
 
 
 def segmented_download(probe: Probe) -> None:
     """An object of 2 bytes may be downloaded in one segment."""
-    probe.need(HEARTBEAT_TIME)
-    with probe.keeping((HEARTBEAT_TIME, 0, 2)):
+    with _restored_heartbeat_time(probe):
         probe.dialogue(HEARTBEAT_TIME, 0, 0x21, (2).to_bytes(4, "little"))
         probe.segment(b"\x0b" + (2000).to_bytes(2, "little") + bytes(5))
         _expect_heartbeat_time(probe, 2000)
@@ -95,21 +96,20 @@ def segmented_download(probe: Probe) -> None:
 
 def short_segments(probe: Probe) -> None:
     """A segmented download that ends before the announced size is refused."""
-    probe.need(HEARTBEAT_TIME)
     accepted = "one byte of two that were announced was accepted"
-    with probe.keeping((HEARTBEAT_TIME, 0, 2)), _aborted(accepted, *LENGTHS):
+    with _restored_heartbeat_time(probe), _aborted(accepted, *WRONG_LENGTH):
         probe.dialogue(HEARTBEAT_TIME, 0, 0x21, (2).to_bytes(4, "little"))
         probe.segment(b"\x0d" + b"\x10" + bytes(6))
 
 
 def unknown_command(probe: Probe) -> None:
     """A command specifier that does not exist is aborted."""
-    expect_code(_abort_of(probe, 0x1000, 0, 0xE0), COMMAND)
+    expect_code(_abort_of(probe, 0x1000, 0, 0xE0), WRONG_COMMAND)
 
 
 def stray_segment(probe: Probe) -> None:
     """A segment without a transfer under way is aborted."""
-    with _aborted("a segment of no transfer was answered", COMMAND):
+    with _aborted("a segment of no transfer was answered", WRONG_COMMAND):
         probe.segment(bytes([0x60]).ljust(8, b"\0"))
 
 
@@ -135,7 +135,7 @@ def block_upload(probe: Probe) -> None:
     try:
         answer = probe.dialogue(LONG_TEXT, 0, 0xA4, bytes([127, 0]))
     except AbortedError as aborted:
-        expect_code(aborted.code, COMMAND)
+        expect_code(aborted.code, WRONG_COMMAND)
         raise AbsentError("no block upload; refused with 05040001h") from aborted
     if answer[0] & 0xE0 == 0x40:
         raise AbsentError("no block upload; answered by segments")
@@ -143,10 +143,10 @@ def block_upload(probe: Probe) -> None:
     data = b""
     for number in range(1, 128):
         part = probe.await_sdo()
-        if part is None or part.data[0] & 0x7F != number:
+        if part is None or part[0] & 0x7F != number:
             raise ConformanceError(f"no segment {number} of the block")
-        data += part.data[1:]
-        if part.data[0] & 0x80:
+        data += part[1:]
+        if part[0] & 0x80:
             break
     end = probe.segment(bytes([0xA2, number, 127]).ljust(8, b"\0"))
     probe.send_sdo(b"\xa1".ljust(8, b"\0"))
@@ -159,13 +159,12 @@ def block_upload(probe: Probe) -> None:
 
 def block_download(probe: Probe) -> None:
     """A block download is taken, and one with a wrong CRC is refused."""
-    probe.need(HEARTBEAT_TIME)
-    with probe.keeping((HEARTBEAT_TIME, 0, 2)):
+    with _restored_heartbeat_time(probe):
         data = (2000).to_bytes(2, "little")
         try:
             has_crc = _download_block(probe, data, crc_hqx(data, 0))
         except AbortedError as aborted:
-            expect_code(aborted.code, COMMAND)
+            expect_code(aborted.code, WRONG_COMMAND)
             raise AbsentError("no block download; refused with 05040001h") from aborted
         _expect_heartbeat_time(probe, 2000)
         if has_crc:
@@ -207,7 +206,7 @@ def _announced_upload(probe: Probe) -> bytes:
 
 @contextmanager
 def _aborted(otherwise: str, *codes: int) -> Iterator[None]:
-    """Expect that what is done inside is aborted with one of some codes; say what it means otherwise."""
+    """Raise ConformanceError unless the block is aborted with one of some codes."""
     try:
         yield
     except AbortedError as aborted:
@@ -225,13 +224,22 @@ def _abort_of(probe: Probe, index: int, subindex: int, command: int) -> int | No
 
 
 def _refused_length(probe: Probe, size: int) -> None:
+    with _restored_heartbeat_time(probe) as before:
+        expect_code(probe.refusal(HEARTBEAT_TIME, 0, 2000, size), *WRONG_LENGTH)
+        period = probe.need(HEARTBEAT_TIME)
+        expect(period == before, f"1017h became {period} all the same")
+
+
+@contextmanager
+def _restored_heartbeat_time(probe: Probe) -> Iterator[int]:
+    """Yield 1017h [ms] and write it back at the end; raise AbsentError where there is none."""
     before = probe.need(HEARTBEAT_TIME)
-    with probe.keeping((HEARTBEAT_TIME, 0, 2)):
-        expect_code(probe.refusal(HEARTBEAT_TIME, 0, 2000, size), *LENGTHS)
-        found = probe.need(HEARTBEAT_TIME)
-        expect(found == before, f"1017h became {found} all the same")
+    try:
+        yield before
+    finally:
+        probe.refusal(HEARTBEAT_TIME, 0, before, 2)
 
 
 def _expect_heartbeat_time(probe: Probe, written: int) -> None:
-    found = probe.need(HEARTBEAT_TIME)
-    expect(found == written, f"1017h is {found}; {written} was written")
+    period = probe.need(HEARTBEAT_TIME)
+    expect(period == written, f"1017h is {period}; {written} was written")

@@ -31,6 +31,7 @@ from omnimate.vehicle.sample import Sample
 if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Channel, VehicleParameters
 
+# Limits of the driver; no standard states them.
 TRUSTED_AFTER = 100  # SYNCs in a row with an answer, after a miss, before it is waited for at length again
 SILENT_TIME = 2.0  # [s] without an answer after which a node is configured again; a boot takes less
 SILENT_AFTER = 3  # SYNCs in a row without an answer, before it is called silence and not waited for
@@ -223,7 +224,7 @@ class Assembler:
         )
 
     def node_booted(self, node: int) -> None:
-        """Note that a boot-up of a node was heard, which its PDOs have to confirm."""
+        """Note a boot-up of a node, which its PDOs have to confirm."""
         take_boot(self._pdos, node)
 
     def node_started(self, node: int) -> None:

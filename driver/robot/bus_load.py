@@ -1,4 +1,4 @@
-"""How full the bus will be, before anything is configured."""
+"""Forecasts the load of the bus before anything is configured."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.parameters import VehicleParameters
 
-WARN, REFUSE = 0.60, 0.80  # share of the bus
+WARN, REFUSE = 0.60, 0.80  # shares of the bus: choices of the driver; no standard states them
 TARGET_BYTES, SDO_BYTES = 4, 8  # 60FFh; a request or an answer
 
 
@@ -80,7 +80,7 @@ def forecast_load(vehicle: VehicleParameters) -> BusLoad:
 
 
 def check_load(load: BusLoad) -> None:
-    """Refuse a forecast that leaves no room.
+    """Raise where a forecast is above `REFUSE`.
 
     Raises:
         BusOverload: The worst case is above 80 %.

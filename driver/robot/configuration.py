@@ -27,13 +27,6 @@ class ConfigurationReport:
     load: BusLoad
     vehicle: VehicleParameters
 
-    def rows(self) -> list[tuple[str, str, str, str]]:
-        """Return node, channels, kind and text of each line to print."""
-        rows = [("bus", "", "load", self.load.in_words())]
-        for node in self.nodes:
-            rows += [(str(node.node), ", ".join(node.names), kind, line) for kind, line in node.lines()]
-        return rows
-
 
 def with_ranges(vehicle: VehicleParameters, nodes: Sequence[NodeConfiguration]) -> VehicleParameters:
     """Return the vehicle with the chosen range of each encoder whose range in `vehicle.toml` differs."""

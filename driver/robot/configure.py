@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from omnimate.driver.canopen.sdo import Sdo
     from omnimate.vehicle.parameters import Encoder, VehicleParameters
 
-ON_SYNC = 1  # transmission type: an answer to every SYNC
-AT_EVENTS = (255, 254)  # transmission types: by the event timer and at changes
-GENERATES_SYNC = 1 << 30
-CONSUMES_SYNC = 1 << 31  # of CiA 301 before version 4; devices may keep it set
+# Transmission types (CiA 301, 7.5.2.37): an answer to every SYNC; by the event timer and at changes.
+ON_SYNC, AT_EVENTS = 1, (255, 254)
+GENERATES_SYNC = 1 << 30  # bit of 1005h (CiA 301, 7.5.2.5)
+CONSUMES_SYNC = 1 << 31  # of CiA 301 before version 4; in some devices it stays set
 MAX_TIMER = 0xFFFF  # of the event timer and the inhibit time, 16 bits each
 PREFERRED_TPDO = (1, 0, 2, 3)  # TPDO2 is the synchronous one of most encoders
 
@@ -43,7 +43,7 @@ def configure_node(
 ) -> NodeConfiguration:
     """Configure the encoders of one node; it is left pre-operational where something had to be changed.
 
-    Nothing is written that holds already. Where the configuration fails, everything is put back.
+    Only what differs is written. Where the configuration fails, all former values are written back.
 
     Args:
         sdo: Objects of the node.
@@ -79,7 +79,7 @@ def configure_node(
 
 
 def _set_sync(sdo: Sdo, period: float, configuration: NodeConfiguration) -> None:
-    """Have the node take 080h without a counter for SYNC, at this period [s], and not produce SYNC itself.
+    """Set the SYNC of the node to 080h without a counter, at this period [s], and not produced by itself.
 
     1019h can be changed while 1006h is 0 only (CiA 301). A node that has no period in 1006h gets none.
     """

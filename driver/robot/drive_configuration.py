@@ -38,9 +38,9 @@ if TYPE_CHECKING:
     from omnimate.driver.canopen.sdo import Sdo
     from omnimate.vehicle.parameters import Drive
 
-ON_RECEPTION = (255, 254)  # transmission types: a target counts as soon as it comes
-HEARTBEAT_TIMEOUT_MS = 500  # after which a drive misses the driver's heartbeat, where it can
-QUICK_STOP = 3  # abort connection option code 6007h
+ON_RECEPTION = (255, 254)  # transmission types: a target counts as soon as it comes (CiA 301, 7.5.2.35)
+HEARTBEAT_TIMEOUT_MS = 500  # [ms] in 1016h, after which a drive misses the driver's heartbeat
+QUICK_STOP = 3  # abort connection option code 6007h: quick stop (CiA 402-2)
 
 
 def configure_drive(
@@ -139,7 +139,7 @@ def _limited(
 
 
 def _inhibited(sdo: Sdo, setting: PdoSetting, configuration: NodeConfiguration) -> PdoSetting:
-    """Keep a status word that changes with every command from filling the bus, yet let a fault through."""
+    """Set the inhibit time of a status word, so that it does not fill the bus, and a fault still shows."""
     try:
         switch_off(sdo, setting)
         sdo.put(setting.base, 3, LONGEST_INHIBIT)

@@ -36,9 +36,10 @@ if TYPE_CHECKING:
 
 SHORT_WAIT = 0.01  # [s] of host time for PDOs that do not answer reliably
 MAX_DRAIN = 20_000  # frames read before a SYNC; more than two seconds of a full 1 Mbit/s bus
-REACTION = 0.01  # [s] between two looks at the drives while nothing comes
-STALL = 0.05  # [s] between two looks after which the host was busy, and nothing says that a node was silent
-GIVE_UP = 10.0  # [s] for which a robot that stands waits for an encoder
+REACTION = 0.01  # [s] between two checks of the drives while no frame comes
+# [s] between two checks from which on the host was busy, so that missing frames are no silence of a node
+HOST_STALL = 0.05
+GIVE_UP = 10.0  # [s] without an answer of an encoder, after which an operator must look at it
 FIRST_DELAY, LONGEST_DELAY = 0.1, 5.0  # [s] before a lost bus is opened again
 
 
@@ -93,7 +94,7 @@ class Driver:
         self._encoders = EncoderNodes(vehicle, self._monitor, self._sdos, self._network.nmt_command)
         self._recovery = Recovery(self._encoders.configure, self._events, inline=self._clock.inline)
         self._wheels = StallDetector(vehicle)
-        self._patience, self._looked = patience, self._clock.now()
+        self._patience, self._checked = patience, self._clock.now()
         self._syncs = 0
 
     @property
@@ -157,7 +158,7 @@ class Driver:
         self.drives.stop()
 
     def samples(self) -> Iterator[Sample]:
-        """Yield a sample per SYNC, for ever; errors as of `cycle`."""
+        """Yield a sample per SYNC, without end; errors as of `cycle`."""
         while True:
             yield self.cycle()
 
@@ -182,7 +183,7 @@ class Driver:
                 return sample
 
     def report(self) -> DriverReport:
-        """Return what has happened so far."""
+        """Return the counters, events and gaps so far."""
         skipped = getattr(self._clock, "skipped", 0)
         report = make_report(self.vehicle, self._monitor, self._syncs, skipped)
         return replace(report, troubles=self.drives.troubles)
@@ -195,34 +196,34 @@ class Driver:
             self._network.can_bus.shutdown()
 
     def _remarks(self, node: int) -> tuple[str, ...]:
-        """Return what the EDS or DCF of a node says that the node or the vehicle does not."""
+        """Return where the EDS or DCF of a node differs from the node or the vehicle."""
         if node not in self._descriptions:
             return ()
         encoders = [encoder for encoder in self.vehicle.encoders if encoder.node == node]
         return description_remarks(self._sdos[node], self._descriptions[node], encoders)
 
     def _until_due(self) -> None:
-        """Read the bus until SYNC is due and nothing is left of what came before it."""
+        """Read the bus until SYNC is due and all frames that came before it are read."""
         while (wait := self._clock.due()) > 0.0:
             self._network.pump(min(wait, REACTION))
-            self._look_after_drives()
+            self._check_drives()
         take, receive = self._monitor.take, self._network.receive
         for _ in range(MAX_DRAIN):
             message = receive(0.0)
             if message is None:
                 break
             take(message, self._network.arrival)
-        self._look_after_drives()
+        self._check_drives()
         now = self._clock.now()
         self._recover(now)
         self.drives.tick(now)
 
-    def _look_after_drives(self) -> None:
+    def _check_drives(self) -> None:
         """Stop all wheels where a drive is in trouble."""
         now, troubles = self._clock.now(), self._supervision.troubles
-        if now - self._looked > max(STALL, 2.0 * self.vehicle.bus.sync_period):
-            self._monitor.pause(now - self._looked, now)
-        self._looked = now
+        if now - self._checked > max(HOST_STALL, 2.0 * self.vehicle.bus.sync_period):
+            self._monitor.pause(now - self._checked, now)
+        self._checked = now
         self._monitor.check(now)
         while troubles:
             trouble = troubles.pop(0)
@@ -254,7 +255,7 @@ class Driver:
             elif left <= 0.0:
                 break
             else:
-                self._look_after_drives()
+                self._check_drives()
         end = time.monotonic() + SHORT_WAIT
         for _ in range(MAX_DRAIN):
             if assembler.is_settled:
@@ -267,7 +268,7 @@ class Driver:
                 break
 
     def _check_wheels(self, sample: Sample) -> None:
-        """Report the wheels that stand, and stop all where one stands against its command."""
+        """Log the wheels that have stalled, and stop all where one has stalled against its command."""
         speeds = self.drives.speeds if self.drives.is_enabled else None
         for wheel in self._wheels.check(sample, speeds):
             node = self.vehicle.encoder(wheel).node
@@ -277,7 +278,7 @@ class Driver:
             self.drives.stop_for_stall(wheel, sample.time)
 
     def _recover(self, now: float) -> None:
-        """Go on to configure nodes again that have restarted, or that have not answered SYNC for long."""
+        """Configure nodes again that have restarted, or that have not answered SYNC for long."""
         assembler = self._monitor.assembler
         for node in assembler.take_silent():
             if assembler.never_answered(node):
@@ -335,7 +336,7 @@ def open_driver(
     recorder: FrameSink | None = None,
     descriptions: Mapping[int, Eds] | None = None,
 ) -> tuple[Driver, ConfigurationReport]:
-    """Return a driver whose encoders are configured and send, and what configuring them showed.
+    """Return a driver whose encoders are configured and started, and the report of their configuration.
 
     Args:
         vehicle: The robot as its `vehicle.toml` describes it.

@@ -35,8 +35,10 @@ if TYPE_CHECKING:
     from omnimate.driver.robot.status_words import StatusSource
     from omnimate.vehicle.parameters import Channel, Drive, VehicleParameters
 
-REFRESH = 0.1  # [s] between two RPDOs of an unchanged command, and between two heartbeats of the driver
-MAX_TROUBLES = 8  # a fault is soon followed by more; the first ones say why
+# [s] between two RPDOs of an unchanged command, and between two heartbeats of the driver: a fifth of
+# `HEARTBEAT_TIMEOUT_MS`, so that one lost frame stops no drive
+REFRESH = 0.1
+MAX_TROUBLES = 8  # a fault is soon followed by more; the first ones are the cause
 INT32 = 2**31 - 1
 
 
@@ -47,7 +49,7 @@ class Drives:
         vehicle: Vehicle with its drives and their wheels.
         network: Network that sends the frames.
         sdo_of: Returns the objects of a node.
-        monitor: Monitor of the bus, which watches the drives while they are enabled.
+        monitor: Monitor of the bus, which monitors the drives while they are enabled.
         watchdog: Time without a command after which the wheels are stopped [s].
 
     Attributes:
@@ -66,7 +68,7 @@ class Drives:
         watchdog: float,
     ) -> None:
         self.is_enabled = False
-        self._is_alive = False  # the driver's heartbeat has begun, and the drives watch it
+        self._is_alive = False  # the driver's heartbeat has begun, and the drives monitor it
         self.troubles: tuple[Trouble, ...] = ()
         self._reason = "enable() has not been called"
         self.speeds = (0.0,) * len(vehicle.wheels)
@@ -205,8 +207,8 @@ class Drives:
     def halt(self, trouble: Trouble) -> None:
         """Stop all wheels where a trouble is one of an enabled drive; only `enable` starts them again.
 
-        Every drive is commanded to stand by PDO, and then to a quick stop by SDO, which a drive hears that
-        is not operational. Nothing is waited for.
+        Every drive gets speed zero by PDO, and then a quick stop by SDO, which reaches a drive that is not
+        operational, too. No answer is awaited.
         """
         is_ours = trouble.node is None or trouble.node in self._nodes
         if not is_ours or not (self.is_enabled or self.troubles):
@@ -231,10 +233,10 @@ class Drives:
             self._sdo_of(node).post(0x6040, 0, QUICK_STOP)
 
     def _forget_old_troubles(self, older: Mapping[int, int]) -> None:
-        """Forget what each drive reported before it reached operation enabled.
+        """Remove troubles that each drive reported before it reached operation enabled.
 
-        That state says that no fault is there (CiA 402), and not every device sends EMCY 0000h once an error
-        has gone. What the error register still says has been logged.
+        In that state there is no fault (CiA 402), and not every device sends EMCY 0000h once an error has
+        gone. Errors that the error register still shows have been logged.
 
         Args:
             older: How many troubles there were by then, by node id.
@@ -287,7 +289,7 @@ class Drives:
         return configuration, source
 
     def _enable(self, node: int) -> float:
-        """Enable a drive, and say which error it still has; return how long it takes to answer [s]."""
+        """Enable a drive, and log which error it still has; return how long it takes to answer [s]."""
         self._heartbeat()
         sdo, clock = self._sdo_of(node), self._network.clock
         enable_drive(sdo, self._network.pump)

@@ -1,4 +1,4 @@
-"""What is recorded about nodes and bus: events, troubles that stop the robot, and frame counters."""
+"""Events of nodes and bus, troubles that stop the robot, and frame counters."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
-MAX_EVENTS = 2000
+MAX_EVENTS = 2000  # in a log, so that its memory is bounded
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that an operator should know.
+    """An event of a node or the bus, for an operator.
 
     Attributes:
         time: Time at which it first happened, on the recording's clock [s].
         last: Time at which it last happened, on the recording's clock [s].
         count: How often it happened.
         node: CANopen node id; None where it concerns the bus.
-        what: What happened, in words.
+        what: Description of the event.
         is_problem: Whether somebody must put it right before the data can be trusted.
     """
 
@@ -36,7 +36,7 @@ class EventLog:
     """A bounded log of events in order; the same words about the same node are one event that counts.
 
     Attributes:
-        dropped: Number of events that were not kept because the log was full.
+        dropped: Number of events that were dropped because the log was full.
     """
 
     def __init__(self) -> None:
@@ -49,7 +49,7 @@ class EventLog:
         Args:
             time: Time of the event on the recording's clock [s].
             node: CANopen node id; None where it concerns the bus.
-            what: What happened, in words.
+            what: Description of the event.
             is_problem: Whether somebody must put it right before the data can be trusted.
         """
         key = (node, what)
@@ -100,9 +100,9 @@ class Trouble:
     """A node, or the bus, that is not as it must be.
 
     Attributes:
-        time: When it was seen, on the recording's clock [s].
+        time: When it was noticed, on the recording's clock [s].
         node: CANopen node id; None where it concerns the bus.
-        what: What was seen, in words.
+        what: Description of the trouble.
         has_restarted: Whether the node may have lost its configuration.
         emergency: Error code of the EMCY frame that reported it; None for any other cause.
         status: Status word 6041h with which a drive left operation enabled; None for any other cause.

@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from omnimate.driver.bus.clock import Clock
     from omnimate.vehicle.parameters import VehicleParameters
 
-FOREIGN_SYNCS = 3  # SYNCs of another device that are too many
+FOREIGN_SYNCS = 3  # SYNCs of another device from which on they are a problem: fewer are a master that ends
 
 
 class Monitor:
-    """Everything that is received, with the driver as SYNC producer or with another one.
+    """Handles all received frames, with the driver or another device as SYNC producer.
 
     Args:
         vehicle: Vehicle whose nodes are on the bus.
         clock: The recording's clock.
 
     Attributes:
-        events: Log of what happened.
+        events: Log of events of nodes and bus.
         counts: Frame counters of encoders and drives by node id.
         assembler: Assembler of the samples.
         supervision: Supervision of the nodes.
@@ -77,7 +77,7 @@ class Monitor:
                 self._foreign_sync()
 
     def _foreign_sync(self) -> None:
-        """Count a SYNC that another device has sent; a few are a master that ends."""
+        """Count a SYNC that another device has sent; report `FOREIGN_SYNCS` or more."""
         self._foreign_syncs += 1
         if self._foreign_syncs >= FOREIGN_SYNCS:
             what = "another device produces SYNC, too: switch it off there (bit 30 of its 1005h)"
@@ -96,7 +96,7 @@ class Monitor:
                 self.trouble("answers each SYNC twice: two devices have this node id; renumber one", node)
 
     def pause(self, seconds: float, now: float) -> None:
-        """Do not count a time until `now` [s] in which the bus was not heard as silence of the nodes."""
+        """Exclude a time until `now` [s], in which the bus was not read, from the silence of the nodes."""
         self.supervision.pause(seconds, now)
         self.status_words.pause(now)
 

@@ -116,8 +116,8 @@ class PassiveReader:
     def _frames(self, idle: float, patience: float) -> Iterator[tuple[can.Message, float]]:
         """Yield frames and when they were on the bus, as soon as it is known if they open a sample."""
         early: list[tuple[can.Message, float]] = []
-        heard = time.monotonic()
-        while time.monotonic() - heard < (idle if self._opener == SYNC_ID else patience):
+        last_heard = time.monotonic()
+        while time.monotonic() - last_heard < (idle if self._opener == SYNC_ID else patience):
             message = self._receive(min(idle, SYNC_WAIT))
             identifier = None if message is None else _identifier(message)
             if message is not None:
@@ -126,7 +126,7 @@ class PassiveReader:
                 self._opener = self._find_opener(identifier)
             is_heard = identifier == SYNC_ID or (message is not None and self._opener != SYNC_ID)
             if self._opener is not None and is_heard:
-                heard = time.monotonic()
+                last_heard = time.monotonic()
             if self._opener is not None or self._first is None:  # only what follows a first PDO has to wait
                 yield from early
                 early.clear()
@@ -146,7 +146,7 @@ class PassiveReader:
         return self._first[0]
 
     def report(self) -> DriverReport:
-        """Return what has been heard so far."""
+        """Return the counters, events and gaps so far."""
         return make_report(self.vehicle, self._monitor, self._syncs)
 
     def close(self) -> None:

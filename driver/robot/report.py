@@ -1,10 +1,11 @@
-"""What happened on a drive, node by node and in order of time."""
+"""The report of a drive: frame counters and states of the nodes, and events in order of time."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
+from omnimate.driver.robot.events import NodeCounts
 from omnimate.files.logs.canopen_words import NMT_STATES, OPERATIONAL, nmt_state_in_words
 
 if TYPE_CHECKING:
@@ -14,21 +15,14 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Gap
 
 
-@dataclass(frozen=True, slots=True)
-class NodeReport:
-    """The frames of one node, counted.
+@dataclass(slots=True, kw_only=True)
+class NodeReport(NodeCounts):
+    """The state of one node, with its frame counters.
 
     Attributes:
         node: CANopen node id.
         names: Channels that the node measures, and drives of wheels that it contains.
         state: NMT state in its last heartbeat, in words.
-        received: Number of PDOs that entered a sample.
-        missing: Number of SYNCs without an answer in time.
-        late: Number of PDOs that came after their sample was closed.
-        duplicate: Number of second answers to one SYNC.
-        wrong_length: Number of frames of an impossible length.
-        unknown: Number of frames that nothing expects.
-        jumps: Number of readings that no robot can make.
         restarts: Number of boot-ups and losses of the configuration.
         emergencies: Number of EMCY frames.
         is_lost: Whether its heartbeat is overdue.
@@ -37,20 +31,13 @@ class NodeReport:
     node: int
     names: tuple[str, ...]
     state: str
-    received: int
-    missing: int
-    late: int
-    duplicate: int
-    wrong_length: int
-    unknown: int
-    jumps: int
-    restarts: int
-    emergencies: int
+    restarts: int = 0
+    emergencies: int = 0
     is_lost: bool = False
 
     @property
     def is_well(self) -> bool:
-        """Whether it works now: its heartbeat is not overdue, and it is operational or a drive."""
+        """Whether it works: its heartbeat is not overdue, and it is operational or a drive."""
         return not self.is_lost and (
             self.state == NMT_STATES[OPERATIONAL] or self.names[0].startswith("drive of ")
         )
@@ -58,7 +45,7 @@ class NodeReport:
 
 @dataclass(frozen=True, slots=True)
 class DriverReport:
-    """What happened from the first SYNC until now.
+    """Counters, events and gaps from the first SYNC until now.
 
     Attributes:
         started: Time of the first SYNC [s]; 0 before it.
@@ -66,7 +53,7 @@ class DriverReport:
         skipped: Number of periods that the host let pass without a SYNC.
         nodes: Report of each node, in order of the node ids.
         events: Events in order of time.
-        events_dropped: Number of events that were not kept because the log was full.
+        events_dropped: Number of events that were dropped because the log was full.
         gaps: Gaps of all channels.
         unknown_frames: Identifier, description and number of frames that nothing expects, by kind.
         troubles: What stopped all wheels since the drives were last enabled; empty where nothing did.
@@ -89,7 +76,7 @@ class DriverReport:
 
     @property
     def problems(self) -> tuple[Event, ...]:
-        """What somebody must put right before the data can be trusted, in order of time."""
+        """Events that somebody must put right before the data can be trusted, in order of time."""
         return tuple(event for event in self.events if event.is_problem)
 
     def node(self, node: int) -> NodeReport:
@@ -105,7 +92,7 @@ class DriverReport:
 
 
 def make_report(vehicle: VehicleParameters, monitor: Monitor, syncs: int, skipped: int = 0) -> DriverReport:
-    """Return what a monitor has received so far.
+    """Return the report of all frames that a monitor has received so far.
 
     Args:
         vehicle: Vehicle whose nodes are on the bus.
@@ -114,7 +101,6 @@ def make_report(vehicle: VehicleParameters, monitor: Monitor, syncs: int, skippe
         skipped: Number of periods that the host let pass without a SYNC.
     """
     monitor.assembler.update_counts()
-    unknown = ((key, frame.description, frame.count) for key, frame in monitor.unknown.kinds.items())
     return DriverReport(
         monitor.assembler.started or 0.0,
         syncs,
@@ -123,7 +109,7 @@ def make_report(vehicle: VehicleParameters, monitor: Monitor, syncs: int, skippe
         monitor.events.all(),
         monitor.events.dropped,
         monitor.assembler.gaps_until_now(),
-        tuple(unknown),
+        monitor.unknown.rows(),
     )
 
 
@@ -132,17 +118,11 @@ def _node_report(vehicle: VehicleParameters, monitor: Monitor, node: int) -> Nod
     channels = [encoder.channel for encoder in vehicle.encoders if encoder.node == node]
     wheels = [f"drive of {drive.wheel}" for drive in vehicle.drives if drive.node == node]
     return NodeReport(
-        node,
-        (*channels, *wheels),
-        "no heartbeat" if state.state is None else nmt_state_in_words(state.state),
-        counts.received,
-        counts.missing,
-        counts.late,
-        counts.duplicate,
-        counts.wrong_length,
-        counts.unknown,
-        counts.jumps,
-        state.restarts,
-        state.emergencies,
-        state.is_lost,
+        **asdict(counts),
+        node=node,
+        names=(*channels, *wheels),
+        state="no heartbeat" if state.state is None else nmt_state_in_words(state.state),
+        restarts=state.restarts,
+        emergencies=state.emergencies,
+        is_lost=state.is_lost,
     )

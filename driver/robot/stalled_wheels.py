@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Channel, VehicleParameters
     from omnimate.vehicle.sample import Sample
 
-STALL_TIME = 0.5  # [s] without a count: brakes, plays and ramps of a drive take less
+# Limits of the driver; no standard states them.
+STALL_TIME = 0.5  # [s] without a count: brakes, backlash and ramps of a drive take less
 MIN_TRAVEL = 0.01  # [m] that the wheel should have moved by then: many counts of most encoders
-MIN_COUNTS = 4.0  # and so many counts of the others
+MIN_COUNTS = 4.0  # [counts] for coarser encoders
 
 
 @dataclass(slots=True)
@@ -49,8 +50,9 @@ class _Wheel:
 class StallDetector:
     """Compares each wheel with its command, or with the other wheel of its truck where there is none.
 
-    A wheel stands when its count has not changed for `STALL_TIME`, and its command, all that time in the
-    same direction, would have moved it by `MIN_TRAVEL` or `MIN_COUNTS`. A sample without it says nothing.
+    A wheel has stalled when its count has not changed for `STALL_TIME`, and its command, all that time in the
+    same direction, would have moved it by `MIN_TRAVEL` or `MIN_COUNTS`. A sample without its count
+    starts the time anew.
 
     Args:
         vehicle: Vehicle whose wheels are compared.
@@ -67,7 +69,7 @@ class StallDetector:
             self._wheels.append(_Wheel(wheel, column, other, radius, scale, enough))
 
     def check(self, sample: Sample, speeds: Sequence[float] | None) -> list[Channel]:
-        """Return the wheels that are found to stand in this sample; each once in `STALL_TIME`.
+        """Return the wheels that have stalled by this sample; each at most once in `STALL_TIME`.
 
         Args:
             sample: Sample that has just been closed.
@@ -76,16 +78,16 @@ class StallDetector:
         last, self._last = self._last, sample
         if last is None:
             return []
-        found = []
+        stalled = []
         for number, wheel in enumerate(self._wheels):
             speed = None if speeds is None else speeds[number]
             if _has_stalled(wheel, last, sample, speed):
-                found.append(wheel.wheel)
-        return found
+                stalled.append(wheel.wheel)
+        return stalled
 
 
 def _has_stalled(wheel: _Wheel, last: Sample, sample: Sample, speed: float | None) -> bool:
-    """Take one sample of a wheel; return whether the wheel is found to stand."""
+    """Take one sample of a wheel; return whether the wheel has stalled."""
     count = sample.counts[wheel.column]
     if speed is None:
         travel = (sample.counts[wheel.other] - last.counts[wheel.other]) * wheel.other_scale

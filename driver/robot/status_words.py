@@ -16,12 +16,13 @@ if TYPE_CHECKING:
     from omnimate.driver.robot.events import EventLog
 
 STATUS_WORD = Entry(0x6041, 0, 16)
+# A lost drive must stop the robot within 100 ms: 30 ms until the next request and 60 ms for its answer.
 STATUS_AGE = 0.03  # [s] after which a status word that no TPDO brings is asked for again
 UNANSWERED = 0.06  # [s] without an answer, after which a drive counts as silent
-PATIENCE = 3.0  # times the answer that it gave when it was enabled, for a drive that answers slowly
-BY_EVENT = 254  # transmission types from here on are sent at every change
+PATIENCE = 3.0  # times the answer time at enabling: the limit for a drive that answers slowly
+BY_EVENT = 254  # transmission types from here on are sent at every change (CiA 301, 7.5.2.37)
 ACYCLIC = 0  # transmission type: sent with the next SYNC after a change
-UPLOAD_ANSWER = 0x40  # SDO command specifier of the server
+UPLOAD_ANSWER = 0x40  # SDO command specifier of the server (CiA 301, 7.2.4)
 LONGEST_INHIBIT = 200  # [100 us] between two status words, so that a fault shows within 20 ms
 
 
@@ -41,7 +42,7 @@ class StatusSource:
 
 
 def status_source(node: int, settings: Iterable[PdoSetting], sync_period: float | None) -> StatusSource:
-    """Return in which of a drive's TPDOs the status word stands, and whether it needs not be asked for.
+    """Return the TPDOs of a drive that carry the status word, and whether they bring it in time.
 
     Args:
         node: CANopen node id.
@@ -125,19 +126,19 @@ class StatusWordMonitor:
         self._drives = {}
 
     def pdo(self, cob_id: int, data: bytes | bytearray, now: float) -> None:
-        """Take a TPDO of `fields` at time `now` [s]; one that is too short says nothing."""
+        """Take a TPDO of `fields` at time `now` [s]; one that is too short is ignored."""
         word = int.from_bytes(data, "little")
         for node, bit in self.fields[cob_id]:
             if bit + STATUS_WORD.bits <= 8 * len(data):
                 self._status(node, word >> bit & 0xFFFF, now)
 
     def sdo_answer(self, node: int, data: bytes | bytearray, now: float) -> None:
-        """Take an SDO answer of 8 bytes at time `now` [s]; those about other objects say nothing."""
+        """Take an SDO answer of 8 bytes at time `now` [s]; those about other objects are ignored."""
         if data[0] & 0xE0 == UPLOAD_ANSWER and bytes(data[1:4]) == b"\x41\x60\x00":
             self._status(node, int.from_bytes(data[4:6], "little"), now)
 
     def check(self, now: float) -> None:
-        """Ask for the status words that are due at time `now` [s], and find drives that do not answer.
+        """Ask for the status words that are due at time `now` [s], and report drives that do not answer.
 
         Raises:
             BusLost: The interface failed.
@@ -153,7 +154,7 @@ class StatusWordMonitor:
                 self._ask(drive.source.node)
 
     def pause(self, now: float) -> None:
-        """Do not count a time until `now` [s] in which the bus was not heard as silence: ask anew."""
+        """Exclude a time until `now` [s], in which the bus was not read, from the silence: ask again."""
         for drive in self._drives.values():
             drive.seen, drive.asked = now - STATUS_AGE, None
 

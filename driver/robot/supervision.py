@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
     from omnimate.driver.robot.events import EventLog
 
-NO_ERROR = 0x0000  # emergency error code: an error has gone
-LOST_AFTER = 3.0  # heartbeat periods
+NO_ERROR = 0x0000  # emergency error code: error reset (CiA 301, 7.2.7)
+LOST_AFTER = 3.0  # heartbeat periods: a drive with 25 ms is lost after 75 ms, before 100 ms have passed
 NOT_OPERATIONAL_AFTER = 2  # heartbeats in a row: one may be in transit while NMT start is sent
 
 
 @dataclass(slots=True)
 class NodeState:
-    """What is known about a node.
+    """The state of a node.
 
     Attributes:
         node: CANopen node id.
@@ -50,7 +50,7 @@ class NodeState:
 
 
 class Supervision:
-    """Follows every node of the vehicle; the driver reacts to `troubles`.
+    """Tracks the state of every node of the vehicle; the driver reacts to `troubles`.
 
     Args:
         nodes: Node ids of the vehicle.
@@ -102,7 +102,7 @@ class Supervision:
         return True
 
     def check(self, now: float) -> None:
-        """Find the nodes whose heartbeat is overdue at time `now` [s]."""
+        """Report the nodes whose heartbeat is overdue at time `now` [s]."""
         for state in self.nodes.values():
             if not state.is_running or state.timeout is None or state.last_heartbeat is None or state.is_lost:
                 continue
@@ -111,7 +111,7 @@ class Supervision:
                 self._report(now, state.node, f"heartbeat lost: none for {state.timeout:g} s")
 
     def pause(self, seconds: float, now: float) -> None:
-        """Do not count a time until `now` [s] in which the bus was not heard as missing heartbeats."""
+        """Exclude a time until `now` [s], in which the bus was not read, from the time without heartbeats."""
         for state in self.nodes.values():
             if state.last_heartbeat is not None:
                 state.last_heartbeat = min(state.last_heartbeat + seconds, now)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.node_setup import DRIVE_HEARTBEAT_MS
@@ -15,24 +15,12 @@ if TYPE_CHECKING:
 
     from omnimate.driver.robot.events import EventLog, NodeCounts
 
-MAX_KINDS = 4096  # kinds of frame that are counted separately; further ones are counted together
-CHECK_INTERVAL = 0.5  # [s]
+# Limits of the driver; no standard states them.
+MAX_KINDS = 4096  # counted separately: all 2048 11-bit identifiers, with data and remote; then together
+CHECK_INTERVAL = 0.5  # [s] between two comparisons of frames with SYNCs
 BABBLING_FACTOR = 3  # unexpected frames per SYNC, or per heartbeat of a drive; above, a node babbles
-SECOND_DEVICE_SHARE = 0.8  # second answers per SYNC above which a second device answers
+DUPLICATE_SHARE = 0.8  # duplicate answers per SYNC above which a second device answers
 MIN_SYNCS = 10  # SYNCs: a bus that starts up may send this many times `BABBLING_FACTOR` frames
-
-
-@dataclass(slots=True)
-class UnknownFrame:
-    """One kind of frame that nothing expects.
-
-    Attributes:
-        description: What kind of frame it is, in words.
-        count: Number of such frames.
-    """
-
-    description: str
-    count: int = 0
 
 
 class UnknownFrames:
@@ -42,11 +30,12 @@ class UnknownFrames:
         counts: Frame counters by node id; `unknown` of a node's counter grows with its unknown frames.
 
     Attributes:
-        kinds: Kinds of frame by identifier as text, such as `3FFh` or `181h remote`.
+        kinds: Number of frames by identifier as text, such as `3FFh` or `181h remote`.
     """
 
     def __init__(self, counts: Mapping[int, NodeCounts]) -> None:
-        self.kinds: dict[str, UnknownFrame] = {}
+        self.kinds: Counter[str] = Counter()
+        self._descriptions: dict[str, str] = {}
         self._counts = counts
 
     def count(self, message: can.Message) -> None:
@@ -55,11 +44,15 @@ class UnknownFrames:
         if key not in self.kinds:
             if len(self.kinds) >= MAX_KINDS:
                 key = "others"
-            self.kinds.setdefault(key, UnknownFrame(_describe(message)))
-        self.kinds[key].count += 1
+            self._descriptions.setdefault(key, _describe(message))
+        self.kinds[key] += 1
         node = message.arbitration_id & 0x7F
         if not message.is_extended_id and node in self._counts:
             self._counts[node].unknown += 1
+
+    def rows(self) -> tuple[tuple[str, str, int], ...]:
+        """Return identifier, description and number of frames of each kind."""
+        return tuple((key, self._descriptions[key], count) for key, count in self.kinds.items())
 
 
 def _key(message: can.Message) -> str:
@@ -83,10 +76,10 @@ def _describe(message: can.Message) -> str:
 
 
 class FloodDetector:
-    """Finds babbling nodes: compares the number of frames that should be rare with the number of SYNCs.
+    """Finds babbling nodes by the number of frames, which should be rare, per SYNC.
 
     Args:
-        counts: Frame counters by node id, of which the second answers to a SYNC are watched.
+        counts: Frame counters by node id, of which the duplicate answers to a SYNC are compared.
         events: Log that gets an event for each babbling node.
     """
 
@@ -103,13 +96,13 @@ class FloodDetector:
         self._traffic[can_id] = self._traffic.get(can_id, 0) + 1
 
     def check(self, now: float) -> list[int]:
-        """Compare, once per SYNC at time `now` [s], whether a node floods the bus.
+        """Report the nodes that flood the bus; to be called once per SYNC, at time `now` [s].
 
         Returns:
             The nodes that answered most SYNCs since the last check twice.
         """
         self._syncs += 1
-        if self._checked is None:  # what came before the first SYNC came in a time that nobody knows
+        if self._checked is None:  # how long the frames before the first SYNC took is unknown
             self._traffic.clear()
             self._checked = now
         passed = now - self._checked
@@ -119,17 +112,17 @@ class FloodDetector:
         for can_id, frames in self._traffic.items():
             if frames > limit:
                 self._report(now, can_id & 0x7F, f"floods the bus with frames {can_id:03X}h")
-        twice = []
+        duplicated = []
         for node, counts in self._counts.items():
             duplicates = counts.duplicate - self._duplicates.get(node, 0)
             if duplicates > limit:
                 self._report(now, node, "floods the bus with PDOs that no SYNC asked for")
-            elif self._syncs >= MIN_SYNCS and duplicates > SECOND_DEVICE_SHARE * self._syncs:
-                twice.append(node)
+            elif self._syncs >= MIN_SYNCS and duplicates > DUPLICATE_SHARE * self._syncs:
+                duplicated.append(node)
             self._duplicates[node] = counts.duplicate
         self._traffic.clear()
         self._checked, self._syncs = now, 0
-        return twice
+        return duplicated
 
     def _report(self, now: float, node: int, problem: str) -> None:
         known = node in self._counts

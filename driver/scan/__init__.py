@@ -1,1 +1,1 @@
-"""Who is on a bus: what each node says of itself, the EDS that fits, and a `vehicle.toml` drafted from it."""
+"""Scans a bus: the objects of each node, the EDS that fits, and a `vehicle.toml` drafted from them."""

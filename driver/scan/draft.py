@@ -1,4 +1,4 @@
-"""A `vehicle.toml` as far as a scan can write it; a comment says what to do about the rest."""
+"""Drafts a `vehicle.toml` from a scan; comments say how to find the keys that a scan cannot know."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ POSITION, SENSORS, ACTUAL, INTERNAL, TARGET = 0x6004, 0x6020, 0x6064, 0x6063, 0x
 SIGNED = frozenset({SENSORS, ACTUAL, INTERNAL})  # data types of CiA 406 and 402; 6004h is unsigned
 AXES = 8  # of one CiA 402 device
 SCALES = 1 << 2  # bit of 6000h: the scaling of 6001h and 6002h is in use
-MOST_PER_TRUCK = 2  # wheels
+MAX_WHEELS_PER_TRUCK = 2
 
 HEAD = """\
-# Drafted by `omnimate scan`. The bus does not tell the keys that are commented out: do what stands beside
+# Drafted by `omnimate scan`. Keys that the bus does not report are commented out: follow the comment after
 # them, and remove the #. `omnimate record --vehicle` names the first key that is missing.
 # To see a counter:  omnimate sdo read {example} --bus {url} --node {node}"""
 
 
 @dataclass(frozen=True, slots=True)
 class Position:
-    """A position that a node has, and where it stands in a PDO.
+    """A position object of a node, and its field in a PDO.
 
     Attributes:
         node: The node.
@@ -87,10 +87,10 @@ class Position:
 
 
 def draft_vehicle(scan: Scan, url: str, bitrate: int | None, eds: Mapping[int, str]) -> str:
-    """Return the text of a `vehicle.toml` with what a scan found.
+    """Return the text of a `vehicle.toml` with the nodes that a scan has read.
 
     Args:
-        scan: What was found.
+        scan: Nodes and traffic of the bus.
         url: URL of the bus, for the commands in the comments.
         bitrate: Bit rate of the bus [bit/s]; None where it is not known.
         eds: Paths of EDS and DCF files by node id, as they are seen from the file.
@@ -99,7 +99,7 @@ def draft_vehicle(scan: Scan, url: str, bitrate: int | None, eds: Mapping[int, s
     drives = [node for node in scan.nodes if _turns(node)]
     encoders = [position for position in positions if not position.is_of_drive] or positions
     wheels = sum(not position.is_linear for position in encoders)
-    has_two = wheels > MOST_PER_TRUCK or len(drives) > MOST_PER_TRUCK
+    has_two = wheels > MAX_WHEELS_PER_TRUCK or len(drives) > MAX_WHEELS_PER_TRUCK
     example = encoders[0] if encoders else None
     head = HEAD.format(
         example="6004h" if example is None else example.in_words,
@@ -229,8 +229,8 @@ def _drive_scale(node: NodeReading) -> str:
     counts, turns = node.value(0x608F, 1), node.value(0x608F, 2) or 1
     motor, shaft = node.value(0x6091, 1) or 1, node.value(0x6091, 2) or 1
     if counts:
-        said = "608Fh and its gear 6091h" if motor != shaft else "608Fh; times the gear, if there is one"
-        return known_line("counts_per_turn", f"{counts / turns * motor / shaft:.10g}", said)
+        comment = "608Fh and its gear 6091h" if motor != shaft else "608Fh; times the gear, if there is one"
+        return known_line("counts_per_turn", f"{counts / turns * motor / shaft:.10g}", comment)
     return unknown_line("counts_per_turn", "4096", "of the wheel: resolution of the encoder times the gear")
 
 

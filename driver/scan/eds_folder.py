@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from omnimate.driver.scan.node import NodeReading
 
 SUFFIXES = frozenset({".eds", ".dcf"})
-ANY_NODE = 1  # for which a file is read to see whose it is
+ANY_NODE = 1  # node id with which a file is read; its identity does not depend on it
 
 
 class Fit(IntEnum):
@@ -42,14 +42,14 @@ FITS_IN_WORDS = {
 
 @dataclass(frozen=True, slots=True)
 class DescribedDevice:
-    """A file and whose device it describes.
+    """The device that a file describes.
 
     Attributes:
         path: Path of the file.
-        vendor: Vendor id; None where the file does not say it.
-        product: Product code; None where the file does not say it.
-        revision: Revision number; None where the file does not say it.
-        device_type: 1000h; None where the file does not say it.
+        vendor: Vendor id; None where the file does not state it.
+        product: Product code; None where the file does not state it.
+        revision: Revision number; None where the file does not state it.
+        device_type: 1000h; None where the file does not state it.
     """
 
     path: Path
@@ -96,11 +96,11 @@ class FittingFile:
 def described_devices(
     folder: Path, on_error: Callable[[EdsError], None] = lambda _error: None
 ) -> tuple[DescribedDevice, ...]:
-    """Return whose devices the EDS and DCF files in a folder and below it describe.
+    """Return the devices that the EDS and DCF files in a folder and below it describe.
 
     Args:
         folder: The folder.
-        on_error: Called with what is wrong with a file that cannot be read, which is passed over.
+        on_error: Called with the error of each file that cannot be read, which is skipped.
     """
     devices = []
     for path in sorted(folder.rglob("*")):
@@ -123,7 +123,7 @@ def fitting_file(node: NodeReading, devices: Iterable[DescribedDevice]) -> Fitti
 
 
 def _described(path: Path, dictionary: ObjectDictionary) -> DescribedDevice:
-    """Take what [DeviceInfo] says, or else 1018h; a 0 says nothing."""
+    """Return the device by [DeviceInfo], or else by 1018h; a 0 counts as not stated."""
     information = dictionary.device_information
     stated = (information.vendor_number, information.product_number, information.revision_number)
     vendor, product, revision = (

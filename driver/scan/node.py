@@ -1,11 +1,11 @@
-"""What one node says of itself, read by SDO."""
+"""Reads the identity, PDOs and profile objects of one node by SDO."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from omnimate.driver.canopen.node_setup import SECOND_ANSWERS
+from omnimate.driver.canopen.node_setup import MIN_DUPLICATES
 from omnimate.driver.canopen.pdo_parameters import RPDO, TPDO, PdoSetting, read_pdos
 from omnimate.driver.errors import NodeError, SdoRefused, SdoSilent, TwoDevices
 
@@ -43,11 +43,11 @@ DRIVE_OBJECTS = (
 )
 OBJECTS = {406: ENCODER_OBJECTS, 402: DRIVE_OBJECTS}
 IDENTITY = 0x1018
-LONGEST_TEXT = 60  # characters of a name or version that are kept
+MAX_TEXT = 60  # characters of a name or version that are returned
 
 
 class ServerBusyError(NodeError):
-    """Another master that begins to talk to a node, which therefore is not asked any more."""
+    """Another master has begun an SDO dialogue with a node, which is therefore not read further."""
 
     def __init__(self, node: int) -> None:
         super().__init__(node, "another master talks to it by SDO; it is left alone", "scan again later")
@@ -55,7 +55,7 @@ class ServerBusyError(NodeError):
 
 @dataclass(frozen=True, slots=True)
 class NodeReading:
-    """What a node says of itself; None and empty where it has no such object.
+    """Objects that were read from a node; None and empty where it has no such object.
 
     Attributes:
         node: CANopen node id.
@@ -117,23 +117,23 @@ class NodeReading:
 
 
 def read_node(sdo: Sdo) -> NodeReading:
-    """Return what a node says of itself; nothing is written.
+    """Return the objects of a node; nothing is written.
 
-    What was read before it fell silent, or before another master talked to it, counts.
+    Objects that were read before it fell silent, or before another master addressed it, are returned.
 
     Raises:
         BusLost: The interface failed.
     """
     sdo.reset_duplicate_answers()
-    said: dict[str, Any] = {"node": sdo.node}
+    fields: dict[str, Any] = {"node": sdo.node}
     try:
         for name, value in _parts(sdo):
-            said[name] = value  # noqa: PERF403  # what was read before an error counts
+            fields[name] = value  # noqa: PERF403  # what was read before an error counts
     except (SdoSilent, ServerBusyError) as error:
-        said["remark"] = error.problem
-    if sdo.duplicate_answers >= SECOND_ANSWERS:
-        said["remark"] = TwoDevices(sdo.node).problem
-    return NodeReading(**said)
+        fields["remark"] = error.problem
+    if sdo.duplicate_answers >= MIN_DUPLICATES:
+        fields["remark"] = TwoDevices(sdo.node).problem
+    return NodeReading(**fields)
 
 
 def _parts(sdo: Sdo) -> Iterator[tuple[str, Any]]:
@@ -154,10 +154,10 @@ def _parts(sdo: Sdo) -> Iterator[tuple[str, Any]]:
 
 
 def _text(sdo: Sdo, index: int) -> str:
-    """Return a text without what no screen shows; empty where the node has none."""
+    """Return a text with `?` for unprintable letters; empty where the node has none."""
     try:
         data = sdo.read_bytes(index)
     except SdoRefused:
         return ""
     text = data.split(b"\0")[0].decode("utf-8", "replace")
-    return "".join(letter if letter.isprintable() else "?" for letter in text).strip()[:LONGEST_TEXT]
+    return "".join(letter if letter.isprintable() else "?" for letter in text).strip()[:MAX_TEXT]

@@ -1,4 +1,4 @@
-"""What the frames on a bus say by themselves: node states, who sends SYNC, who works as a master."""
+"""Node states, SYNC and signs of a master, by the frames on a bus."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ if TYPE_CHECKING:
     import can
 
 RPDOS = (0x200, 0x300, 0x400, 0x500)  # of the predefined connection set
-KEPT = 200  # SYNCs of which the times are kept
+MAX_TIMES = 200  # SYNCs or heartbeats of which the times are stored
 
 
 @dataclass(slots=True)
 class BusTraffic:
-    """What the frames of a bus say.
+    """Node states, SYNCs, signs of a master and PDOs by the frames of a bus.
 
     Attributes:
         states: NMT state of each node in its last heartbeat or node guarding answer; 0 is boot-up.
         beats: Times of the last heartbeats of each node [s].
         guarded: Nodes that a master guards by remote frames.
-        nodes: Nodes of which a frame was heard: heartbeat, SDO answer or EMCY.
+        nodes: Nodes that sent a frame: heartbeat, SDO answer or EMCY.
         foreign_sdo: Nodes to which another master sends SDO requests.
         syncs: Times of the last SYNCs [s].
         has_counter: Whether SYNC has a counter.
-        masters: What a master alone sends, by what it is.
+        masters: Number of frames that only a master sends, by kind.
         pdos: Number of frames of every other identifier.
     """
 
@@ -38,7 +38,7 @@ class BusTraffic:
     guarded: set[int] = field(default_factory=set)
     nodes: set[int] = field(default_factory=set)
     foreign_sdo: set[int] = field(default_factory=set)
-    syncs: deque[float] = field(default_factory=lambda: deque(maxlen=KEPT))
+    syncs: deque[float] = field(default_factory=lambda: deque(maxlen=MAX_TIMES))
     has_counter: bool = False
     masters: Counter[str] = field(default_factory=Counter)
     pdos: Counter[int] = field(default_factory=Counter)
@@ -53,7 +53,7 @@ class BusTraffic:
         return _period(self.beats.get(node, ()))
 
     def take(self, message: can.Message, arrival: float) -> None:
-        """Take a frame that was on the bus at a time [s]; what is none of CANopen's is passed over."""
+        """Take a frame that was on the bus at a time [s]; frames that are not CANopen's are ignored."""
         if message.is_extended_id or message.is_error_frame or message.is_fd:
             return
         can_id, data = message.arbitration_id, bytes(message.data)
@@ -84,7 +84,7 @@ class BusTraffic:
             self.nodes.add(node)
             self.states[node] = data[0] & 0x7F
             if data[0]:
-                self.beats.setdefault(node, deque(maxlen=KEPT)).append(arrival)
+                self.beats.setdefault(node, deque(maxlen=MAX_TIMES)).append(arrival)
 
 
 def _period(times: deque[float] | tuple[()]) -> float | None:

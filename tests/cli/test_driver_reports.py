@@ -3,7 +3,7 @@
 import pytest
 
 from omnimate.cli.console import out
-from omnimate.cli.driver_reports import show_report
+from omnimate.cli.driver_reports import COUNTERS, show_report
 from omnimate.driver.robot.report import DriverReport, NodeReport
 
 LARGE = 7_654_321
@@ -13,7 +13,10 @@ LARGE = 7_654_321
 def test_no_count_is_cut_at_any_width(capsys, monkeypatch, width):
     monkeypatch.setattr(out, "width", width)
     counts = [LARGE + step for step in range(9)]
-    node = NodeReport(17, ("a.left", "drive of a.left"), "pre-operational", *counts, is_lost=False)
+    names = ("a.left", "drive of a.left")
+    node = NodeReport(
+        node=17, names=names, state="pre-operational", **dict(zip(COUNTERS, counts, strict=True))
+    )
     show_report(DriverReport(0.0, LARGE, 3, (node,), (), 0, (), ()))
     words = capsys.readouterr().out.split()
     assert [word for word in words if word.isdigit()] == [*map(str, (LARGE, 17, *counts))]

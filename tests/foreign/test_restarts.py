@@ -52,7 +52,7 @@ def test_a_node_in_nmt_stopped_is_brought_back_at_the_start(bench, driver_on):
     bus.nodes[17].state = STOPPED
     report = driver.configure()
     assert "set pre-operational" in report.nodes[0].woken
-    assert any("did not answer SDO" in text for *_, text in report.rows())
+    assert any("did not answer SDO" in line for node in report.nodes for _, line in node.lines())
     driver.enable()
     assert all(cycles(driver, 0.1)[-1].present)
     assert bus.nodes[17].state == OPERATIONAL

@@ -9,7 +9,7 @@ from omnimate.driver.robot.events import Trouble
 from omnimate.driver.robot.report import NodeReport
 from omnimate.service.robot.faults import open_rmf, vda5050
 
-WELL = NodeReport(1, ("a.left",), "operational", 10, 0, 0, 0, 0, 0, 0, 0, 0)
+WELL = NodeReport(node=1, names=("a.left",), state="operational", received=10)
 DRIVE = replace(WELL, node=9, names=("drive of a.left",), state="pre-operational")
 
 

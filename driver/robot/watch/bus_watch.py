@@ -1,6 +1,6 @@
-"""Watches a bus in a thread of its own, and sends nothing.
+"""Receives from a bus in a background thread, and sends nothing.
 
-At every `REFRESH` it leaves a `Snapshot`, which nothing changes any more and any thread may read.
+At every `REFRESH` it makes a `Snapshot`, which is immutable, so that any thread may read it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from omnimate.driver.robot.events import Event
-    from omnimate.files.logs.frames import Frame
     from omnimate.vehicle.parameters import VehicleParameters
 
 REFRESH = 0.25  # [s] between two snapshots
@@ -54,7 +53,7 @@ class _Clock(WallClock):
     """Wall time, or the time in a log that is replayed.
 
     Args:
-        watch: Whose bus says which.
+        watch: Watch whose bus may be a log.
     """
 
     def __init__(self, watch: BusWatch) -> None:
@@ -72,11 +71,12 @@ class _Clock(WallClock):
 
 
 class BusWatch:
-    """Watches a bus in a thread of its own.
+    """Receives from a bus in a background thread.
 
     Attributes:
         vehicle: The robot on the bus; None where it is not known.
         bus: The bus; another one after it was lost.
+        snapshot: State of the bus at the last `REFRESH`; replaced, never changed.
     """
 
     def __init__(self, opened: Opener, vehicle: VehicleParameters | None = None) -> None:
@@ -99,14 +99,15 @@ class BusWatch:
         self._seen: dict[tuple[int, int, int], int] = {}
         self._supervised = () if vehicle is None else nodes_of(vehicle)
         self._robot = None if vehicle is None else RobotWatch(vehicle)
-        self._recorder: _Recording | None = None
-        self._order: Path | None = None  # what shall be recorded; None for nothing
+        self._recorder: Recorder | CandumpWriter | None = None
+        self._target: Path | None = None  # folder or log of the recorder
+        self._wanted_target: Path | None = None  # where to record; None for nowhere
         self._lost: str | None = None
         self._clock = _Clock(self)
         self._began = self._clock.now()
         self._taken = time.monotonic()
         self._marks: deque[tuple[float, int, int, int]] = deque(maxlen=SPAN + 1)
-        self._snapshot = self._take_snapshot()
+        self.snapshot = self._take_snapshot()
         self._thread = threading.Thread(target=self._run, name="bus watch", daemon=True)
 
     def __enter__(self) -> Self:
@@ -119,18 +120,13 @@ class BusWatch:
         self.bus.shutdown()
 
     @property
-    def snapshot(self) -> Snapshot:
-        """The bus at the last moment at which it was looked at."""
-        return self._snapshot
-
-    @property
     def is_running(self) -> bool:
         """Whether frames are still received."""
         return self._thread.is_alive()
 
     def record(self, target: Path | None) -> None:
         """Record from now on into a folder, or without a vehicle into a candump log; None ends it."""
-        self._order = target
+        self._wanted_target = target
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
         """Return the next frame, or None after `POLL` at the latest; what a reader takes for its bus.
@@ -140,11 +136,11 @@ class BusWatch:
         """
         if self._stop.is_set():
             raise can.CanOperationError("the watch has ended")
-        if self._order != (None if self._recorder is None else self._recorder.target):
-            self._switch_recording(self._order)
+        if self._wanted_target != self._target:
+            self._switch_recording(self._wanted_target)
         if time.monotonic() - self._taken >= REFRESH:  # the last frame is taken by now, a next one is not
             self._taken = time.monotonic()
-            self._snapshot = self._take_snapshot()
+            self.snapshot = self._take_snapshot()
         return self.bus.recv(POLL if timeout is None else min(timeout, POLL))
 
     def _run(self) -> None:
@@ -156,7 +152,7 @@ class BusWatch:
                 if not self._stop.is_set():
                     self._reopen(in_one_line(error))
         self._switch_recording(None)
-        self._snapshot = self._take_snapshot()
+        self.snapshot = self._take_snapshot()
 
     def _follow(self) -> None:
         """Receive until the bus fails or the watch ends."""
@@ -171,7 +167,7 @@ class BusWatch:
         self._log.add(self._clock.now(), None, f"bus lost: {why}", is_problem=True)
         self._lost = why
         while not self._stop.is_set():
-            self._snapshot = self._take_snapshot()
+            self.snapshot = self._take_snapshot()
             try:
                 self.bus.shutdown()
                 self.bus = self._opened()
@@ -183,7 +179,7 @@ class BusWatch:
                 return
 
     def use(self, vehicle: VehicleParameters) -> None:
-        """Take no notice of what encoders say of themselves; nobody asks them."""
+        """Ignore the ranges that encoders report; the watch reads none."""
 
     def frame(self, at: float, message: can.Message) -> None:
         """Take a frame that was on the bus at `at` [s]."""
@@ -202,20 +198,23 @@ class BusWatch:
         seen = seen_object(frame)
         if seen is not None:
             self._seen[seen[0]] = seen[1]
-        if self._recorder is not None:
-            self._recorder.write(at, message, frame)
+        if isinstance(self._recorder, Recorder):
+            self._recorder.frame(at, message)
+        elif self._recorder is not None:
+            self._recorder.write_frame(frame._replace(time=at))
 
     def _switch_recording(self, target: Path | None) -> None:
         if self._recorder is not None:
             self._recorder.close()
-            self._log.add(self._clock.now(), None, f"recorded: {self._recorder.target}")
-            self._recorder = None
+            self._log.add(self._clock.now(), None, f"recorded: {self._target}")
+            self._recorder = self._target = None
         if target is None:
             return
         try:
-            self._recorder = _Recording(target, self.vehicle)
+            self._recorder = CandumpWriter(target) if self.vehicle is None else Recorder(target, self.vehicle)
+            self._target = target
         except (OSError, OmnimateError) as error:
-            self._order = None
+            self._wanted_target = None
             self._log.add(self._clock.now(), None, in_one_line(error), is_problem=True)
 
     def _take_snapshot(self) -> Snapshot:
@@ -230,16 +229,16 @@ class BusWatch:
             self._traffic(),
             self._table.rows(now),
             dict(self._events.nodes),
-            self._happened(),
+            self._all_events(),
             dict(self._seen),
             None if self._robot is None else self._robot.view(),
             self._lost,
-            None if self._recorder is None else self._recorder.target,
+            self._target,
             isinstance(self.bus, LogBus) and self.bus.ended,
         )
 
-    def _happened(self) -> tuple[Event, ...]:
-        """Return what happened on the bus and at the robot's nodes, in order of its last time."""
+    def _all_events(self) -> tuple[Event, ...]:
+        """Return the events of the bus and of the robot's nodes, in order of their last time."""
         events = self._log.all()
         if self._robot is not None:
             events += self._robot.events()
@@ -253,23 +252,3 @@ class BusWatch:
         return Traffic(
             *((after - before) / passed for before, after in zip(first[1:], last[1:], strict=True))
         )
-
-
-class _Recording:
-    """What is being recorded: a folder with the vehicle, or without one a log."""
-
-    def __init__(self, target: Path, vehicle: VehicleParameters | None) -> None:
-        self.target = target
-        self._folder = None if vehicle is None else Recorder(target, vehicle)
-        self._file = CandumpWriter(target) if vehicle is None else None
-
-    def write(self, at: float, message: can.Message, frame: Frame) -> None:
-        if self._folder is not None:
-            self._folder.frame(at, message)
-        elif self._file is not None:
-            self._file.write_frame(frame._replace(time=at))
-
-    def close(self) -> None:
-        for each in (self._folder, self._file):
-            if each is not None:
-                each.close()

@@ -26,7 +26,7 @@ SPAN = 4  # views over which speeds are taken
 
 
 class TappedBus(FrameSink, Protocol):
-    """What is used of a bus that is watched: it gives frames, and takes them with their times."""
+    """Interface of a watched bus for a reader: it receives frames, and records them with their times."""
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
         """Return the next frame, or None."""
@@ -34,7 +34,7 @@ class TappedBus(FrameSink, Protocol):
 
 
 class RobotWatch:
-    """The robot by its odometry, which goes on where it was when a bus comes back.
+    """The robot by its odometry, which continues from the last pose when a lost bus is back.
 
     Args:
         vehicle: The robot.
@@ -64,7 +64,7 @@ class RobotWatch:
             self._sample = sample
 
     def events(self) -> tuple[Event, ...]:
-        """Return what happened at the robot's nodes."""
+        """Return the events of the robot's nodes."""
         return () if self._reader is None else self._reader.report().events
 
     def view(self) -> RobotView | None:
@@ -81,16 +81,16 @@ class RobotWatch:
             for encoder in vehicle.encoders
             if encoder.channel in LINKAGE
         }
-        there = zip(vehicle.channels, sample.present, strict=True)
-        missing = tuple(channel for channel, is_there in there if not is_there)
+        present = zip(vehicle.channels, sample.present, strict=True)
+        missing = tuple(channel for channel, is_present in present if not is_present)
         return RobotView(self._samples, missing, linkage, speeds, dict(self._poses))
 
     def _speed(self, wheel: Channel, column: int) -> float:
-        """Return the speed of a wheel between the views that are kept [m/s]; nan where it is not known."""
-        there = [sample for sample in self._before if sample.present[column]]
-        if len(there) < 2:
+        """Return the speed of a wheel over the last `SPAN` views [m/s]; nan where it is unknown."""
+        samples = [sample for sample in self._before if sample.present[column]]
+        if len(samples) < 2:
             return math.nan
-        first, last = there[0], there[-1]
+        first, last = samples[0], samples[-1]
         passed = last.device_time[column] - first.device_time[column]
         if not passed > 0.0:  # an adapter without time stamps
             passed = last.time - first.time

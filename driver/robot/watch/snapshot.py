@@ -1,4 +1,4 @@
-"""A bus at one moment: what each identifier does, what happened, and where the robot is."""
+"""A bus at one moment: frames by identifier, node states, events, and the robot's pose."""
 
 from __future__ import annotations
 
@@ -55,13 +55,13 @@ class Snapshot:
 
     Attributes:
         time: When it was taken, as wall time [s], or the time in a log that is replayed.
-        since: For how long the bus has been watched [s].
+        since: Time since the watch began [s].
         frames: Number of frames so far.
         left_out: Number of frames that are none, or of identifiers beyond those that are counted.
         traffic: How full the bus is.
-        rows: What each identifier did.
-        nodes: What each node has last said of its NMT state, by interface and node id.
-        events: What happened, in order of time.
+        rows: Frames by identifier.
+        nodes: Last reported NMT state of each node, by interface and node id.
+        events: Events in order of time.
         seen: PDO parameters that SDO traffic showed, by node, index and sub-index.
         robot: Where the robot is; None without a vehicle or before the first sample.
         lost: Why the bus cannot be read now; None where it can.

@@ -105,7 +105,7 @@ def test_a_key_that_is_documented_only_is_passed_on():
     ("url", "says"),
     [
         ("acme://?bitrat=250000", r"acme has no bitrat; expected .*bitrate"),
-        ("acme://?bitrate=250000&bitrate=1", "bitrate stands twice"),
+        ("acme://?bitrate=250000&bitrate=1", "bitrate is given twice"),
         ("acme://?bitrate=250000&sample_point=1", "no controller with 8000000 Hz has this bit timing"),
         (
             "acme://?brp=2&tseg1=13",

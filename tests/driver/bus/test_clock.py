@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.driver.bus import clock as module
-from omnimate.driver.bus.clock import LEARNING, AdapterTime, SyncClock, WallClock
+from omnimate.driver.bus.clock import LEARNING_TIME, AdapterTime, SyncClock, WallClock
 
 PERIOD = 0.005
 
@@ -33,7 +33,7 @@ def test_a_busy_host_does_not_change_the_times_once_the_stamps_are_known(late, o
     pairs = heard([*quick, *late[:100], *quick], offset=offset, rate=rate)
     for true, told, read in pairs:
         assert told <= read
-        if true > 100.0 + LEARNING + 0.1:
+        if true > 100.0 + LEARNING_TIME + 0.1:
             assert told == pytest.approx(true + 0.0005, abs=0.001)
 
 

@@ -63,12 +63,12 @@ def test_a_good_file_needs_no_remark(tmp_path):
         (
             "AccessType=ro",
             "AccessType=ro\nAccessType=rw",
-            "line 9: AccessType stands twice in its section; the second one is ignored",
+            "line 9: AccessType is given twice in its section; the second one is ignored",
         ),
         (
             "[1000]",
             "[DeviceInfo]\nX=1\n[1000]",
-            "line 4: section [DeviceInfo] stands twice; the second one is ignored",
+            "line 4: section [DeviceInfo] is given twice; the second one is ignored",
         ),
     ],
 )

@@ -265,12 +265,12 @@ def test_an_overload_is_refused_before_anything_is_sent(kit):
     assert bus.sent == []
 
 
-def test_the_report_has_a_row_for_everything(kit):
+def test_the_report_has_the_load_and_a_line_for_everything(kit):
     driver = Driver(
         kit.one_truck(), kit.Bus([kit.encoder_device(1), kit.encoder_device(2)]), clock=kit.Clock()
     )
     report = driver.configure()
-    rows = report.rows()
-    assert rows[0][2] == "load"
-    assert {row[0] for row in rows} == {"bus", "1", "2"}
-    assert ("1", "a.left", "changed", "heartbeat 1017h: 0 ms to 500 ms") in rows
+    assert "bus load forecast" in report.load.in_words()
+    assert [node.node for node in report.nodes] == [1, 2]
+    assert report.nodes[0].names == ("a.left",)
+    assert ("changed", "heartbeat 1017h: 0 ms to 500 ms") in report.nodes[0].lines()

@@ -16,7 +16,7 @@ def monitor(kit):
 
 
 def unknown_count(monitor):
-    return sum(kind.count for kind in monitor.unknown.kinds.values())
+    return monitor.unknown.kinds.total()
 
 
 @pytest.mark.parametrize(
