@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.node_setup import DRIVE_HEARTBEAT_MS
@@ -34,18 +33,20 @@ class UnknownFrames:
     """
 
     def __init__(self, counts: Mapping[int, NodeCounts]) -> None:
-        self.kinds: Counter[str] = Counter()
+        self.kinds: dict[str, int] = {}
         self._descriptions: dict[str, str] = {}
         self._counts = counts
 
     def count(self, message: can.Message) -> None:
         """Count a frame; also for a node of the vehicle if its 11-bit identifier belongs to one."""
         key = _key(message)
-        if key not in self.kinds:
+        count = self.kinds.get(key)
+        if count is None:
             if len(self.kinds) >= MAX_KINDS:
                 key = "others"
             self._descriptions.setdefault(key, _describe(message))
-        self.kinds[key] += 1
+            count = self.kinds.get(key, 0)
+        self.kinds[key] = count + 1
         node = message.arbitration_id & 0x7F
         if not message.is_extended_id and node in self._counts:
             self._counts[node].unknown += 1

@@ -45,7 +45,7 @@ def test_every_frame_is_counted_in_one_kind_and_for_its_node(identifiers):
     unknown = UnknownFrames(counts)
     for identifier in identifiers:
         unknown.count(can.Message(arbitration_id=identifier, is_extended_id=False))
-    assert unknown.kinds.total() == len(identifiers)
+    assert sum(unknown.kinds.values()) == len(identifiers)
     with_node = [identifier for identifier in identifiers if identifier & 0x7F]
     assert sum(node.unknown for node in counts.values()) == len(with_node)
 
