@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Literal
 
 from sqlalchemy import select
 
-from omnimate.service.errors import AuthenticationError, ForbiddenError, NotFoundError
+from omnimate.service.errors import AuthenticationError, ForbiddenError
+from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import KeyRow
 
 if TYPE_CHECKING:
@@ -61,9 +62,7 @@ def revoke_key(db: Session, identity: str) -> KeyRow:
     Raises:
         NotFoundError: there is no key with this id.
     """
-    row = db.get(KeyRow, identity)
-    if row is None:
-        raise NotFoundError("key", identity)
+    row = find_row(db, KeyRow, identity)
     row.revoked = row.revoked or time.time()
     return row
 

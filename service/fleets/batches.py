@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from omnimate.service.store.tables import JobRow
 
 SHOWN_FAILURES = 50
+NOT_ENDED: dict[str, Any] = {"done": None, "known": None, "failures": [], "night": None, "note": None}
 WORKING = 0.95  # of a batch's progress; the rest is judging
 
 
@@ -43,16 +44,7 @@ def add_batch(db: Session, fleet: str, start: BatchStart) -> JobRow:
 
 def batch_view(row: JobRow) -> Batch:
     """Return a batch as clients see it."""
-    summary = row.summary or {}
-    return Batch.model_validate(
-        {
-            "id": row.id, "fleet": row.fleet, **(row.asked or {}), "priority": row.priority,
-            "state": row.state, "progress": row.progress, "doing": row.doing, "done": summary.get("done"),
-            "known": summary.get("known"), "failures": summary.get("failures", []),
-            "night": summary.get("night"), "note": summary.get("note"), "error": row.error,
-            "attempts": row.attempts, "created": row.created, "changed": row.changed,
-        }
-    )  # fmt: skip
+    return Batch.of(row, **(row.asked or {}), **(NOT_ENDED | (row.summary or {})))
 
 
 class Batches:

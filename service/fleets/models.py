@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
 
 from omnimate.service.jobs.queue import JobState
-from omnimate.service.umbmark.models import RequestModel, RowModel
+from omnimate.service.umbmark.models import FiniteOrNull, RequestModel, RowModel
 
 # Words of REST stay as published: `sick` is a faulty robot, `night` and `nights` are daily reports, `asked`
 # are mismatches that triage repeats, `way` is the distance driven.
@@ -70,7 +70,7 @@ class Failure(BaseModel):
     problem: str
 
 
-class Batch(BaseModel):
+class Batch(RowModel):
     """A batch that waits, is running, or has ended."""
 
     id: str
@@ -108,7 +108,7 @@ class Change(RowModel):
     share: float = Field(description="Probability of this number, given a change.")
 
 
-class FleetRobot(BaseModel):
+class FleetRobot(RowModel):
     """A robot of a fleet, as of a daily report."""
 
     robot: str
@@ -120,7 +120,7 @@ class FleetRobot(BaseModel):
     change: Change | None = Field(description="The likeliest change, also of a robot that is fine.")
 
 
-class Place(BaseModel):
+class Place(RowModel):
     """A bad place of a floor."""
 
     floor: str = Field(description="Name of the floor; empty for the only one.")
@@ -129,8 +129,8 @@ class Place(BaseModel):
     x: float
     y: float
     reach: float
-    covariance: list[list[float]] = Field(description="Of x and y [m^2].")
-    size: list[float] = Field(description="Part of the travel lost, or creep along x and y per metre.")
+    covariance: list[Numbers] = Field(description="Of x and y [m^2].")
+    size: Numbers = Field(description="Part of the travel lost, or creep along x and y per metre.")
     per_crossing: float = Field(description="[m]")
     crossings: int
 
@@ -160,7 +160,7 @@ class FloorAbout(RowModel):
     roughness: float = Field(description="Outside its bad places [m/sqrt(m)].")
 
 
-class FleetNight(BaseModel):
+class FleetNight(RowModel):
     """A daily report."""
 
     day: str
@@ -208,8 +208,8 @@ class FleetRecording(BaseModel):
 
     day: str
     recording: str
-    duration: float | None = Field(description="[s]")
-    way: float | None = Field(description="Distance driven [m].")
+    duration: FiniteOrNull = Field(description="[s]")
+    way: FiniteOrNull = Field(description="Distance driven [m].")
     triage: str | None
     says: str | None
     diagnosis: str | None = Field(description="The whole diagnosis in a sentence, where it was made.")
@@ -241,7 +241,7 @@ class WebhookStart(ExactModel):
     url: Annotated[str, Field(max_length=1000, pattern=r"^https?://[^\s/]+\S*$")]
 
 
-class Webhook(BaseModel):
+class Webhook(RowModel):
     """An address to which a fleet's findings are sent; the secret is shown when it is made, only."""
 
     id: str

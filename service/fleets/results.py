@@ -20,7 +20,6 @@ from omnimate.fleet.report_store import (
 from omnimate.fleet.segments import CELL
 from omnimate.service.errors import NotFoundError
 from omnimate.service.fleets.models import (
-    Change,
     Fleet,
     FleetCourse,
     FleetFloor,
@@ -28,10 +27,7 @@ from omnimate.service.fleets.models import (
     FleetNight,
     FleetRecording,
     FleetRobot,
-    FloorAbout,
     Place,
-    RecordingFailed,
-    RobotAsked,
 )
 
 if TYPE_CHECKING:
@@ -80,17 +76,14 @@ def report_of(results: Files, day: str) -> DailyReport:
 def report_view(report: DailyReport) -> FleetNight:
     """Return a daily report."""
     judged = {robot.change.robot: _robot_view(robot) for robot in report.judged() if robot.is_faulty}
-    return FleetNight(
-        day=report.day,
-        recordings=report.recordings,
+    return FleetNight.of(
+        report,
         judged=len(report.changes),
-        roughness=report.roughness,
-        floors=[FloorAbout.of(floor) for floor in report.floors],
         sick=[judged[change.robot] for change in report.faulty],
         places=[place_view(place) for place in report.places],
-        asked=[RobotAsked.of(mismatch) for mismatch in report.repeated],
+        asked=report.repeated,
         failed=[
-            RecordingFailed(robot=robot, recording=recording, problem=why)
+            {"robot": robot, "recording": recording, "problem": why}
             for robot, recording, why in report.failed
         ],
     )
@@ -98,18 +91,7 @@ def report_view(report: DailyReport) -> FleetNight:
 
 def place_view(place: BadPlace) -> Place:
     """Return a bad place."""
-    return Place(
-        floor=place.floor,
-        effect=place.effect,
-        says=describe_place(place),
-        x=place.x,
-        y=place.y,
-        reach=place.reach,
-        covariance=place.covariance.tolist(),
-        size=place.size.tolist(),
-        per_crossing=place.per_crossing,
-        crossings=place.crossings,
-    )
+    return Place.of(place, says=describe_place(place))
 
 
 def floor_view(results: Files, report: DailyReport, floor: str | None) -> FleetFloor:
@@ -181,14 +163,9 @@ def _recording(day: str, columns: dict[str, Any]) -> FleetRecording:
     row = {name: column[0] for name, column in columns.items()}
     whole = json.loads(row["diagnosis"])["says"] if row["diagnosis"] else None
     return FleetRecording(
-        day=day, recording=row["recording"], duration=_number(row["duration"]), way=_number(row["way"]),
+        day=day, recording=row["recording"], duration=row["duration"], way=row["way"],
         triage=row["triage"], says=row["says"], diagnosis=whole, problem=row["error"],
     )  # fmt: skip
-
-
-def _number(value: float | None) -> float | None:
-    """Return a plain number; None where there is none."""
-    return None if value is None or value != value else float(value)  # noqa: PLR0124  # not a number
 
 
 def _unjudged(robot: str) -> FleetRobot:
@@ -201,10 +178,4 @@ def _robot_view(judged: JudgedRobot) -> FleetRobot:
         says = describe_mismatch(judged.repeated)
     elif judged.state != "fine":
         says = describe_change(change)
-    return FleetRobot(
-        robot=change.robot,
-        kind=change.kind,
-        state=judged.state,
-        says=says,
-        change=Change.of(change),
-    )
+    return FleetRobot.of(judged, robot=change.robot, kind=change.kind, says=says)

@@ -72,9 +72,7 @@ def remove_webhook(db: Session, row: WebhookRow) -> None:
 
 def webhook_view(row: WebhookRow, *, whole: bool = False) -> Webhook:
     """Return a webhook as clients see it, with its secret when it was just made."""
-    return Webhook(
-        id=row.id, fleet=row.fleet, url=row.url, created=row.created, secret=row.secret if whole else None
-    )
+    return Webhook.of(row, secret=row.secret if whole else None)
 
 
 def queue_message(db: Session, fleet: str, content: dict[str, Any]) -> None:

@@ -12,8 +12,14 @@ from omnimate.service.store import vehicles
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import SessionRow
 from omnimate.service.umbmark.samples import add_sample, squares_of
-from omnimate.service.umbmark.sessions import count_samples, drives_for, end_lease, renew_lease, session_view
-from omnimate.service.umbmark.solving import vehicle_of
+from omnimate.service.umbmark.sessions import (
+    count_samples,
+    drives_for,
+    end_lease,
+    renew_lease,
+    session_view,
+    vehicle_of,
+)
 from omnimate.vehicle.errors import OmnimateError
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import between
@@ -88,7 +94,7 @@ class SessionReporter:
             self._require_driving(row)
             db.add(stored)
             if measured:
-                add_sample(db, row, direction, squares[-1][1], "driven", stored.id)
+                add_sample(db, row, squares[-1], "driven", stored.id)
             else:
                 row.pending = {"direction": direction, "calculated": ends}
                 end_lease(row, "measuring", MEASURE.format(direction))

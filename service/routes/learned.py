@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from fastapi import APIRouter, Query
 from fastapi.responses import Response
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from omnimate.calib.linkage.learned import advice_of, learned_values, learned_vehicle
 from omnimate.service.calls import Answer, Call, Operating, Reading
@@ -19,7 +19,7 @@ from omnimate.service.routes.vehicles import Vehicle, vehicle_view
 from omnimate.service.store import vehicles
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import RecordingRow
-from omnimate.service.umbmark.models import Advice
+from omnimate.service.umbmark.models import Advice, RowModel
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session as Db
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
 
 
-class LearnedValue(BaseModel):
+class LearnedValue(RowModel):
     """A value of the robot that the filter has learned."""
 
     name: str
@@ -42,14 +42,14 @@ class LearnedValue(BaseModel):
     sigma: Annotated[float, Field(description="Its standard deviation.")]
 
 
-class Probable(BaseModel):
+class Probable(RowModel):
     """What is probably wrong with a robot, and its probability."""
 
     name: str
     probability: float
 
 
-class Learned(BaseModel):
+class Learned(RowModel):
     """What the filter has learned of a robot from its encoders alone."""
 
     vehicle: str
@@ -67,14 +67,14 @@ class Learned(BaseModel):
 def learned_view(db: Db, vehicle: VehicleParameters, slow: SlowParameters, said: Findings) -> Learned:
     """Return what was learned of a vehicle as clients see it."""
     described = _version_of(db, vehicle)
-    return Learned(
+    return Learned.of(
+        said,
         vehicle=vehicle.name,
         vehicle_version=None if described is None else described.version,
-        values=[LearnedValue(**asdict(value)) for value in learned_values(vehicle, slow)],
+        values=learned_values(vehicle, slow),
         suspects=[Probable(name=name, probability=value) for name, value in said.suspects],
         misread=[Probable(name=name, probability=value) for name, value in said.misread],
-        untold=list(said.untold),
-        advice=[Advice(**asdict(advice)) for advice in advice_of(said)],
+        advice=advice_of(said),
     )
 
 

@@ -15,16 +15,19 @@ from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
 from omnimate.service.routes.umbmark_sessions import PREFIX, SessionId
 from omnimate.service.store.rows import find_row
-from omnimate.service.store.tables import SessionRow
-from omnimate.service.umbmark.models import Accept, Result, Sample, Session, Solve
+from omnimate.service.store.tables import SampleRow, SessionRow
+from omnimate.service.umbmark.models import Accept, Result, Session, Solve
 from omnimate.service.umbmark.sessions import (
+    accept_result,
     extend_lifetime,
+    last_result,
     require_call,
     samples_of,
     session_for,
     session_with_samples,
+    store_result,
+    vehicle_of,
 )
-from omnimate.service.umbmark.solving import accept_result, last_result, store_result, vehicle_of
 
 router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
 
@@ -35,7 +38,7 @@ router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
 def solve(session_id: SessionId, call: Operating, body: Solve | None = None) -> Response:
     """Solve the session with the runs that it has. More runs may be added, and the session solved again."""
 
-    def compute() -> tuple[list[Sample], Result]:
+    def compute() -> tuple[list[SampleRow], Result]:
         from omnimate.service.umbmark.result import make_result  # imports scipy.stats, which takes a second
 
         with call.components.database.reading() as db:
@@ -44,7 +47,7 @@ def solve(session_id: SessionId, call: Operating, body: Solve | None = None) -> 
             samples, vehicle = samples_of(db, row), vehicle_of(db, row)
         return samples, make_result(row, samples, vehicle, (body or Solve()).method)
 
-    def act(db: Db, computed: tuple[list[Sample], Result]) -> Answer:
+    def act(db: Db, computed: tuple[list[SampleRow], Result]) -> Answer:
         row = session_for(db, session_id, "solve")
         samples, result = computed
         store_result(db, row, samples, result)

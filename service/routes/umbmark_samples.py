@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from fastapi import APIRouter
 from fastapi import Path as PathParameter
@@ -16,7 +16,7 @@ from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, Done
 from omnimate.service.routes.umbmark_sessions import PREFIX, SessionDrives, SessionId
 from omnimate.service.store.rows import find_row
-from omnimate.service.store.tables import RecordingRow, SessionRow
+from omnimate.service.store.tables import RecordingRow, SampleRow, SessionRow
 from omnimate.service.umbmark.models import Sample, SampleGiven, SampleOfFixes
 from omnimate.service.umbmark.samples import add_measured_sample, add_sample, remove_sample, squares_of
 from omnimate.service.umbmark.sessions import (
@@ -24,11 +24,8 @@ from omnimate.service.umbmark.sessions import (
     extend_lifetime,
     require_call,
     session_for,
+    vehicle_of,
 )
-from omnimate.service.umbmark.solving import vehicle_of
-
-if TYPE_CHECKING:
-    from omnimate.service.umbmark.samples import Squares
 
 router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
 
@@ -44,19 +41,18 @@ def add(session_id: SessionId, body: SampleGiven, call: Operating) -> Response:
     """Add a run by its fixes, or all runs of a recording. A run that was answered with 201 is not lost."""
     drives = SessionDrives(call.components)
 
-    def compute() -> Squares | None:
-        return None if isinstance(body, SampleOfFixes) else _squares(call, session_id, body.recording)
+    def compute() -> list[SampleRow]:
+        return [] if isinstance(body, SampleOfFixes) else _squares(call, session_id, body.recording)
 
-    def act(db: Db, squares: Squares | None) -> Answer:
+    def act(db: Db, squares: list[SampleRow]) -> Answer:
         row = session_for(db, session_id, "sample")
         was_measuring = row.state == "measuring"
         if isinstance(body, SampleOfFixes):
             sample = add_measured_sample(db, row, body)
         else:
-            assert squares is not None
             recording = find_row(db, RecordingRow, body.recording)  # it may have been deleted meanwhile
-            for direction, errors in squares:
-                sample = add_sample(db, row, direction, errors, recording.name, recording.id)
+            for square in squares:
+                sample = add_sample(db, row, square, recording.name, recording.id)
         extend_lifetime(row, call.components.settings.lifetime)
         db.flush()
         if was_measuring:
@@ -78,7 +74,7 @@ def _continue_driving(db: Db, row: SessionRow, drives: SessionDrives) -> None:
         drives.prepare(row)
 
 
-def _squares(call: Call, session_id: str, recording_id: str) -> Squares:
+def _squares(call: Call, session_id: str, recording_id: str) -> list[SampleRow]:
     """Return the squares of an uploaded recording, of which there is one at least.
 
     Raises:

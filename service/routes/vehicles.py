@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
-from dataclasses import asdict
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, Request
 from fastapi import Path as PathParameter
 from fastapi.responses import PlainTextResponse, Response
-from pydantic import BaseModel
 from sqlalchemy.orm import Session as Db
 from starlette.concurrency import run_in_threadpool
 
@@ -20,7 +18,7 @@ from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
 from omnimate.service.store import vehicles
 from omnimate.service.store.tables import VehicleRow
-from omnimate.service.umbmark.models import NAME_PATTERN, Name, TruckSizes
+from omnimate.service.umbmark.models import NAME_PATTERN, Name, RowModel, TruckSizes
 from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.parameters import TruckName, VehicleParameters
 
@@ -31,7 +29,7 @@ TOML_TYPES = ("application/toml", "text/plain", "text/x-toml")
 BODY = {"requestBody": {"required": True, "content": {"application/toml": {"schema": {"type": "string"}}}}}
 
 
-class Vehicle(BaseModel):
+class Vehicle(RowModel):
     """A version of a vehicle's parameters."""
 
     name: str
@@ -46,15 +44,9 @@ class Vehicle(BaseModel):
 def vehicle_view(row: VehicleRow, *, whole: bool = True) -> Vehicle:
     """Return a version as clients see it; `whole` includes the text of its vehicle.toml."""
     parameters = vehicles.parameters_of(row)
-    return Vehicle(
-        name=row.name,
-        version=row.version,
-        created=row.created,
-        origin=row.origin,
-        trucks={name: TruckSizes(**asdict(truck)) for name, truck in parameters.trucks.items()},
-        link_length=None if parameters.linkage is None else parameters.linkage.length,
-        toml=row.toml if whole else None,
-    )
+    length = None if parameters.linkage is None else parameters.linkage.length
+    toml = row.toml if whole else None
+    return Vehicle.of(row, trucks=dict(parameters.trucks), link_length=length, toml=toml)
 
 
 @router.get("", operation_id="listVehicles")

@@ -7,34 +7,17 @@ from typing import TYPE_CHECKING, TypeVar
 from sqlalchemy import select, tuple_
 
 from omnimate.service.errors import NotFoundError
-from omnimate.service.store.tables import (
-    DeliveryRow,
-    FindingRow,
-    FleetRow,
-    JobRow,
-    KeyRow,
-    RecordingRow,
-    SessionRow,
-    WebhookRow,
-)
 
 if TYPE_CHECKING:
     from sqlalchemy import ColumnElement
     from sqlalchemy.orm import Session
 
-Found = TypeVar("Found", FleetRow, KeyRow, RecordingRow, SessionRow, WebhookRow)
-_NOUNS: dict[type, str] = {
-    FleetRow: "fleet",
-    KeyRow: "key",
-    RecordingRow: "recording",
-    SessionRow: "session",
-    WebhookRow: "webhook",
-}
+    from omnimate.service.store.tables import ListedRow
+
+Row = TypeVar("Row", bound="ListedRow")
 
 
-def find_row(
-    db: Session, table: type[Found], key: str, *, for_change: bool = False, **having: object
-) -> Found:
+def find_row(db: Session, table: type[Row], key: str, *, for_change: bool = False, **having: object) -> Row:
     """Return the row of a table with a key, and with the values that it is `having`.
 
     `for_change` locks it until the end of the transaction.
@@ -44,16 +27,13 @@ def find_row(
     """
     row = db.get(table, key, with_for_update=for_change)
     if row is None or any(getattr(row, name) != value for name, value in having.items()):
-        raise NotFoundError(_NOUNS[table], key)
+        raise NotFoundError(table.__tablename__.removesuffix("s"), key)
     return row
 
 
-Listed = TypeVar("Listed", SessionRow, RecordingRow, JobRow, FleetRow, FindingRow, WebhookRow, DeliveryRow)
-
-
 def read_page(
-    db: Session, table: type[Listed], limit: int, after: str | None, *where: ColumnElement[bool]
-) -> tuple[list[Listed], str | None]:
+    db: Session, table: type[Row], limit: int, after: str | None, *where: ColumnElement[bool]
+) -> tuple[list[Row], str | None]:
     """Return a page of rows and the cursor of the next page, which is None after the last one.
 
     `after` is the cursor, the id of the row before the page; None for the first page.

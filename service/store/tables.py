@@ -2,34 +2,48 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
+from pydantic import TypeAdapter
 from sqlalchemy import Dialect, Double, ForeignKey, Index, LargeBinary, String, Text, TypeDecorator
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
+from omnimate.service.umbmark.models import ReturnError
 from omnimate.vehicle.parameters import TruckName
 
 
 class JsonText(TypeDecorator[Any]):
-    """A value of JSON; it is replaced as a whole and never changed in place."""
+    """A value of a type as JSON; it is replaced as a whole and never changed in place."""
 
     impl = Text
     cache_ok = True
 
+    def __init__(self, form: Any = Any) -> None:  # noqa: ANN401  # any type that pydantic knows
+        super().__init__()
+        self.form = form
+        self._adapter: TypeAdapter[Any] = TypeAdapter(form)
+
     def process_bind_param(self, value: Any, dialect: Dialect) -> str | None:  # noqa: ANN401, ARG002
         """Return the text of a value; None stays NULL."""
-        return None if value is None else json.dumps(value)
+        return None if value is None else self._adapter.dump_json(value).decode()
 
     def process_result_value(self, value: str | None, dialect: Dialect) -> Any:  # noqa: ANN401, ARG002
         """Return the value of a text."""
-        return None if value is None else json.loads(value)
+        return None if value is None else self._adapter.validate_json(value)
 
 
 class Base(DeclarativeBase):
     """All tables."""
 
     type_annotation_map = {float: Double}  # noqa: RUF012  # SQLAlchemy's own form
+
+
+class ListedRow(Base):
+    """A row of a list that is read by age."""
+
+    __abstract__ = True
+    id: Mapped[str]
+    created: Mapped[float]
 
 
 class VehicleRow(Base):
@@ -43,7 +57,7 @@ class VehicleRow(Base):
     created: Mapped[float]
 
 
-class SessionRow(Base):
+class SessionRow(ListedRow):
     """A UMBmark session; `revision` counts its changes, and refuses a second simultaneous one."""
 
     __tablename__ = "sessions"
@@ -58,7 +72,6 @@ class SessionRow(Base):
     lifeline: Mapped[float | None]
     state: Mapped[str] = mapped_column(String(20))
     detail: Mapped[str] = mapped_column(String(1000), default="")
-    created: Mapped[float]
     changed: Mapped[float]
     expires: Mapped[float]
     revision: Mapped[int] = mapped_column(default=1)
@@ -76,13 +89,13 @@ class SampleRow(Base):
     session: Mapped[str] = mapped_column(ForeignKey("sessions.id"), primary_key=True)
     number: Mapped[int] = mapped_column(primary_key=True)
     direction: Mapped[str] = mapped_column(String(3))
-    errors: Mapped[dict[TruckName, dict[str, float | None]]] = mapped_column(JsonText)
+    errors: Mapped[dict[TruckName, ReturnError]] = mapped_column(JsonText(dict[TruckName, ReturnError]))
     source: Mapped[str] = mapped_column(String(200))
     recording: Mapped[str | None] = mapped_column(String(32))
     created: Mapped[float]
 
 
-class RecordingRow(Base):
+class RecordingRow(ListedRow):
     """A recording folder; its zip is a file of `omnimate.service.store.recordings`."""
 
     __tablename__ = "recordings"
@@ -95,7 +108,6 @@ class RecordingRow(Base):
     laps: Mapped[int]
     poses: Mapped[int]
     size: Mapped[int]
-    created: Mapped[float]
 
 
 class RecordingFileRow(Base):
@@ -114,7 +126,7 @@ class RecordingContentRow(Base):
     content: Mapped[bytes] = mapped_column(LargeBinary)
 
 
-class JobRow(Base):
+class JobRow(ListedRow):
     """A diagnosis, or a batch of a fleet; at the time `lease` its owner is considered dead."""
 
     __tablename__ = "jobs"
@@ -133,7 +145,6 @@ class JobRow(Base):
     says: Mapped[str | None] = mapped_column(Text)
     error: Mapped[str | None] = mapped_column(Text)
     attempts: Mapped[int]
-    created: Mapped[float]
     changed: Mapped[float]
     owner: Mapped[str | None] = mapped_column(String(32))
     lease: Mapped[float | None]
@@ -141,7 +152,7 @@ class JobRow(Base):
     report: Mapped[str | None] = mapped_column(Text, deferred=True)
 
 
-class KeyRow(Base):
+class KeyRow(ListedRow):
     """An API key; only a hash of its secret is stored."""
 
     __tablename__ = "keys"
@@ -149,7 +160,6 @@ class KeyRow(Base):
     name: Mapped[str] = mapped_column(String(100))
     role: Mapped[str] = mapped_column(String(20))
     secret: Mapped[str] = mapped_column(String(64))
-    created: Mapped[float]
     revoked: Mapped[float | None]
 
 
@@ -168,19 +178,18 @@ class AnswerRow(Base):
     created: Mapped[float]
 
 
-class FleetRow(Base):
+class FleetRow(ListedRow):
     """A fleet: robots that share floors. Its recordings and results are files."""
 
     __tablename__ = "fleets"
     __table_args__ = (Index("fleets_by_age", "created", "id"),)
     id: Mapped[str] = mapped_column(String(64), primary_key=True)  # its name
-    created: Mapped[float]
     night: Mapped[str | None] = mapped_column(
         String(10)
     )  # day of the latest report whose findings were noted
 
 
-class FindingRow(Base):
+class FindingRow(ListedRow):
     """A robot or a place that a daily report names; open until a later one does not name it."""
 
     __tablename__ = "findings"
@@ -197,11 +206,10 @@ class FindingRow(Base):
     says: Mapped[str] = mapped_column(Text)
     first: Mapped[str] = mapped_column(String(10))
     last: Mapped[str] = mapped_column(String(10))
-    created: Mapped[float]
     changed: Mapped[float]
 
 
-class WebhookRow(Base):
+class WebhookRow(ListedRow):
     """An address to which a fleet's findings are sent."""
 
     __tablename__ = "webhooks"
@@ -210,10 +218,9 @@ class WebhookRow(Base):
     fleet: Mapped[str] = mapped_column(ForeignKey("fleets.id"))
     url: Mapped[str] = mapped_column(String(1000))
     secret: Mapped[str] = mapped_column(String(100))
-    created: Mapped[float]
 
 
-class DeliveryRow(Base):
+class DeliveryRow(ListedRow):
     """A message to a webhook, written in the transaction of its finding, and sent until it is accepted."""
 
     __tablename__ = "deliveries"
@@ -225,5 +232,4 @@ class DeliveryRow(Base):
     attempts: Mapped[int]
     due: Mapped[float]
     answer: Mapped[str | None] = mapped_column(String(200))
-    created: Mapped[float]
     changed: Mapped[float]

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from omnimate.vehicle.parameters import TruckName
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.se2 import Array
 
 How = Literal["manual", "recordings", "drive"]
 Direction = Literal["cw", "ccw"]
@@ -29,6 +27,9 @@ Radian = Annotated[
 ]
 NAME_PATTERN = r"^[^\x00-\x1f/\\]{1,100}$"
 Name = Annotated[str, Field(min_length=1, max_length=100, pattern=NAME_PATTERN)]
+FiniteOrNull = Annotated[
+    float | None, BeforeValidator(lambda value: value if value is not None and math.isfinite(value) else None)
+]  # of a number, which may be nan
 Id = Annotated[str, Field(min_length=1, max_length=32, pattern=r"^[0-9a-z]+$")]
 
 
@@ -42,9 +43,12 @@ class RowModel(BaseModel):
     """An answer whose fields are columns of a table, or attributes of a dataclass."""
 
     @classmethod
-    def of(cls, row: object) -> Self:
-        """Return the answer that shows a row."""
-        return cls.model_validate(row, from_attributes=True)
+    def of(cls, row: object, **others: object) -> Self:
+        """Return the answer that shows a row; `others` are the fields that the row has not, or otherwise."""
+        if not others:
+            return cls.model_validate(row, from_attributes=True)
+        shown = {name: getattr(row, name) for name in cls.model_fields if hasattr(row, name)}
+        return cls.model_validate(shown | others, from_attributes=True)
 
 
 class Geometry(RequestModel):
@@ -169,13 +173,12 @@ class ReturnError(BaseModel):
 
     x: float
     y: float
-    theta: float | None
+    theta: FiniteOrNull
 
+    @model_validator(mode="before")
     @classmethod
-    def of(cls, pose: Array) -> ReturnError:
-        """Return an error `(3,)` of which theta may be nan."""
-        x, y, theta = (float(value) for value in pose)
-        return cls(x=x, y=y, theta=theta if math.isfinite(theta) else None)
+    def _of_array(cls, pose: Any) -> Any:  # noqa: ANN401  # of an array `(3,)`, too
+        return dict(zip("xy", pose[:2], strict=True), theta=pose[2]) if isinstance(pose, np.ndarray) else pose
 
 
 class Sample(RowModel):
@@ -196,7 +199,7 @@ class Counts(BaseModel):
     ccw: int
 
 
-class Session(BaseModel):
+class Session(RowModel):
     """A UMBmark session. Lists of sessions leave out the samples."""
 
     id: str
@@ -219,11 +222,11 @@ class Limits(BaseModel):
     """A value and its 95 % confidence interval, which is null when there are too few runs."""
 
     value: float
-    low: float | None
-    high: float | None
+    low: FiniteOrNull
+    high: FiniteOrNull
 
 
-class MethodResult(BaseModel):
+class MethodResult(RowModel):
     """The calibration of a truck by one method."""
 
     method: Method
@@ -239,14 +242,14 @@ class MethodResult(BaseModel):
     ]
 
 
-class Errors(BaseModel):
+class Errors(RowModel):
     """The return errors of all runs in summary, U (3.2) to (3.4) [m]."""
 
     e_max_syst: float
     after: float
     centres: dict[Direction, ReturnError]
-    scatter: float | None
-    sem: float | None
+    scatter: FiniteOrNull
+    sem: FiniteOrNull
 
 
 class Advice(BaseModel):
@@ -265,7 +268,7 @@ class TruckSizes(BaseModel):
     wheel_diameter_right: float
 
 
-class TruckResult(BaseModel):
+class TruckResult(RowModel):
     """The calibration of one truck."""
 
     errors: Errors

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import asdict
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
@@ -15,27 +14,15 @@ from omnimate.calib.umbmark.experiment import Calibration, Experiment, calibrate
 from omnimate.calib.umbmark.return_errors import ReturnErrors, stop_rule
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
 from omnimate.service.errors import InvalidValueError, StateError
-from omnimate.service.umbmark.models import (
-    Advice,
-    Direction,
-    Errors,
-    Limits,
-    MethodResult,
-    Result,
-    ReturnError,
-    TruckResult,
-    TruckSizes,
-)
+from omnimate.service.umbmark.models import Direction, Errors, MethodResult, Result, TruckResult
 from omnimate.vehicle.parameters import TRUCKS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.calib.umbmark.printed import Method
-    from omnimate.calib.umbmark.uncertainty import Interval
     from omnimate.figures.clusters import Clusters
-    from omnimate.service.store.tables import SessionRow
-    from omnimate.service.umbmark.models import Sample
+    from omnimate.service.store.tables import SampleRow, SessionRow
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.se2 import Array
 
@@ -43,7 +30,7 @@ DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 
 
 def experiments_of(
-    row: SessionRow, samples: Sequence[Sample], vehicle: VehicleParameters
+    row: SessionRow, samples: Sequence[SampleRow], vehicle: VehicleParameters
 ) -> dict[TruckName, Experiment]:
     """Return the experiment of every truck that has runs in both directions.
 
@@ -65,7 +52,7 @@ def experiments_of(
     return experiments
 
 
-def _return_errors(samples: Sequence[Sample], truck: TruckName, direction: Direction) -> Array:
+def _return_errors(samples: Sequence[SampleRow], truck: TruckName, direction: Direction) -> Array:
     """Return the return errors `(N, 3)` of a truck in one direction; theta is nan where unknown."""
     rows = [
         (error.x, error.y, math.nan if error.theta is None else error.theta)
@@ -76,7 +63,7 @@ def _return_errors(samples: Sequence[Sample], truck: TruckName, direction: Direc
 
 
 def make_result(
-    row: SessionRow, samples: Sequence[Sample], vehicle: VehicleParameters, method: Method
+    row: SessionRow, samples: Sequence[SampleRow], vehicle: VehicleParameters, method: Method
 ) -> Result:
     """Return the calibration of a session's vehicle by its runs.
 
@@ -108,49 +95,25 @@ def make_result(
 def _truck(assessment: Assessment, method: Method) -> TruckResult:
     experiment, errors = assessment.experiment, assessment.experiment.errors
     chosen = assessment.by(method)
-    centres = {
-        direction: ReturnError.of(centre)
-        for direction, centre in zip(DIRECTIONS, errors.centres, strict=True)
-    }
-    return TruckResult(
-        errors=Errors(
-            e_max_syst=errors.e_max_syst,
-            after=chosen.errors.e_max_syst,
-            centres=centres,
-            scatter=_or_none(errors.scatter),
-            sem=_or_none(errors.sem),
-        ),
+    after, centres = chosen.errors.e_max_syst, dict(zip(DIRECTIONS, errors.centres, strict=True))
+    return TruckResult.of(
+        assessment,
+        errors=Errors.of(errors, after=after, centres=centres),
         methods=[_method(calibration) for calibration in assessment.calibrations],
-        advice=[
-            Advice(severity=advice.severity, what=advice.what, do=advice.do) for advice in assessment.advice
-        ],
         second_pass=stop_rule(errors),
-        nominal=TruckSizes(**asdict(experiment.truck)),
-        calibrated=TruckSizes(**asdict(chosen.truck)),
+        nominal=experiment.truck,
+        calibrated=chosen.truck,
     )
 
 
 def _method(calibration: Calibration) -> MethodResult:
-    intervals = uncertainty_of(calibration)
-    return MethodResult(
+    return MethodResult.of(
+        uncertainty_of(calibration),
         method=calibration.correction.method,
-        e_b=_limits(intervals.e_b),
-        e_d=_limits(intervals.e_d),
         c_left=calibration.c_left,
         c_right=calibration.c_right,
-        wheelbase=_limits(intervals.wheelbase),
-        diameter_left=_limits(intervals.diameter_left),
-        diameter_right=_limits(intervals.diameter_right),
         after=calibration.errors.e_max_syst,
     )
-
-
-def _limits(interval: Interval) -> Limits:
-    return Limits(value=interval.value, low=_or_none(interval.low), high=_or_none(interval.high))
-
-
-def _or_none(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def cluster_panels(experiments: dict[TruckName, Experiment], result: Result) -> list[Clusters]:

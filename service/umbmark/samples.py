@@ -18,8 +18,6 @@ from omnimate.vehicle.se2 import between, compose, wrap
 from omnimate.vehicle.sonar import Sonar
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from sqlalchemy.orm import Session as Db
 
     from omnimate.service.store.tables import SessionRow
@@ -28,9 +26,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
-    Squares = list[tuple[Direction, dict[TruckName, Array]]]  # with the return error `(3,)` of each truck
-
-MOST_SAMPLES = 1000
+MAX_SAMPLES = 1000
 
 
 def add_measured_sample(db: Db, row: SessionRow, request: SampleOfFixes) -> SampleRow:
@@ -44,9 +40,9 @@ def add_measured_sample(db: Db, row: SessionRow, request: SampleOfFixes) -> Samp
         raise StateError("this session takes its runs from uploaded recordings; send the id of a recording")
     direction, calculated = _direction(row, request), _calculated(row, request)
     error = return_error(_start(request), pose_of(request.after, "after"), calculated)
-    sample = add_sample(db, row, direction, {request.truck: error}, "fixes")
+    sample = SampleRow(direction=direction, errors={request.truck: ReturnError.model_validate(error)})
     row.pending = None
-    return sample
+    return add_sample(db, row, sample, "fixes")
 
 
 def _start(request: SampleOfFixes) -> Array:
@@ -79,42 +75,37 @@ def _calculated(row: SessionRow, request: SampleOfFixes) -> Array:
 
 
 def add_sample(
-    db: Db,
-    row: SessionRow,
-    direction: Direction,
-    errors: Mapping[TruckName, Array],
-    source: str,
-    recording: str | None = None,
+    db: Db, row: SessionRow, sample: SampleRow, source: str, recording: str | None = None
 ) -> SampleRow:
-    """Add a run by the return error `(3,)` of each truck; a former result of the session is discarded.
+    """Add a run to a session; a former result of the session is discarded.
+
+    Args:
+        db: The open transaction.
+        row: The session.
+        sample: The run, with its direction and the return error of each truck.
+        source: Where the run comes from, in words.
+        recording: The id of its recording; None where there is none.
 
     Raises:
         InvalidValueError: a return error is too large to be one of odometry.
         StateError: the session has the largest number of runs already.
     """
-    for truck, error in errors.items():
+    for truck, error in sample.errors.items():
         _check_size(row, truck, error)
     last = db.scalar(select(func.max(SampleRow.number)).where(SampleRow.session == row.id)) or 0
-    if last >= MOST_SAMPLES:
+    if last >= MAX_SAMPLES:
         raise StateError(
-            f"a session takes {MOST_SAMPLES} runs at most; solve it", possible_calls(row, time.time())
+            f"a session takes {MAX_SAMPLES} runs at most; solve it", possible_calls(row, time.time())
         )
-    sample = SampleRow(
-        session=row.id,
-        number=last + 1,
-        direction=direction,
-        errors={truck: ReturnError.of(error).model_dump() for truck, error in errors.items()},
-        source=source,
-        recording=recording,
-        created=time.time(),
-    )
+    sample.session, sample.number, sample.created = row.id, last + 1, time.time()
+    sample.source, sample.recording = source, recording
     db.add(sample)
     _discard_result(row)
     return sample
 
 
-def _check_size(row: SessionRow, truck: TruckName, error: Array) -> None:
-    size = math.hypot(error[0], error[1])
+def _check_size(row: SessionRow, truck: TruckName, error: ReturnError) -> None:
+    size = math.hypot(error.x, error.y)
     if not size <= MAX_RETURN_SIDES * row.side:
         raise InvalidValueError(
             "after",
@@ -123,8 +114,8 @@ def _check_size(row: SessionRow, truck: TruckName, error: Array) -> None:
         )
 
 
-def squares_of(recording: Recording, vehicle: VehicleParameters, side: float) -> Squares:
-    """Return the squares of a recording in order; none where it has no fixes.
+def squares_of(recording: Recording, vehicle: VehicleParameters, side: float) -> list[SampleRow]:
+    """Return the squares of a recording in order, as runs of no session yet; none where it has no fixes.
 
     Raises:
         CalibrationError: a lap is no square of this side [m], or has no fix before or after it.
@@ -132,13 +123,13 @@ def squares_of(recording: Recording, vehicle: VehicleParameters, side: float) ->
     from omnimate.calib.recordings import has_fixes
     from omnimate.calib.umbmark.runs import square_runs
 
-    squares: Squares = []
+    squares: list[SampleRow] = []
     for name, truck in vehicle.trucks.items():
         for number, run in enumerate(square_runs(recording, name) if has_fixes(recording, name) else ()):
             run.check(truck, side)
             if number == len(squares):
-                squares.append((run.direction, {}))
-            squares[number][1][name] = run.return_error(truck)
+                squares.append(SampleRow(direction=run.direction, errors={}))
+            squares[number].errors[name] = ReturnError.model_validate(run.return_error(truck))
     return squares
 
 

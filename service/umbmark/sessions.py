@@ -1,4 +1,4 @@
-"""UMBmark sessions in the database: their states, started, found, driven by one service at a time."""
+"""UMBmark sessions in the database: their states and results, driven by one service at a time."""
 
 from __future__ import annotations
 
@@ -8,19 +8,22 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import func, select
 
-from omnimate.service.errors import ExpiredError, StateError
+from omnimate.calib.apply import corrected_vehicle
+from omnimate.service.errors import ExpiredError, ModifiedError, StateError
 from omnimate.service.store import vehicles
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import SampleRow, SessionRow
-from omnimate.service.umbmark.models import Counts, Sample, Session
+from omnimate.service.umbmark.models import Counts, Result, Session
+from omnimate.vehicle.parameters import Truck
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from sqlalchemy.orm import Session as Db
 
+    from omnimate.service.store.tables import VehicleRow
     from omnimate.service.umbmark.models import Call, SessionStart
-
+    from omnimate.vehicle.parameters import VehicleParameters
 
 OPEN_STATES = ("collecting", "driving", "measuring", "interrupted", "solved")
 
@@ -144,18 +147,18 @@ def interrupt_orphans(db: Db) -> list[str]:
     return [row.id for row in rows]
 
 
-def session_view(row: SessionRow, counts: Counts, samples: list[Sample] | None = None) -> Session:
+def session_view(row: SessionRow, counts: Counts, samples: list[SampleRow] | None = None) -> Session:
     """Return a session as clients see it."""
     now = time.time()
     progress = f"cw {counts.cw} of {row.runs}, ccw {counts.ccw} of {row.runs}"
-    return Session.model_validate(
-        {
-            "id": row.id, "vehicle": row.vehicle, "vehicle_version": row.vehicle_version, "side": row.side,
-            "runs": row.runs, "how": row.how, "state": state_of(row, now), "detail": row.detail or progress,
-            "possible": list(possible_calls(row, now)), "created": row.created, "changed": row.changed,
-            "expires": row.expires, "counts": counts, "samples": samples,
-        }
-    )  # fmt: skip
+    return Session.of(
+        row,
+        state=state_of(row, now),
+        detail=row.detail or progress,
+        possible=possible_calls(row, now),
+        counts=counts,
+        samples=samples,
+    )
 
 
 def session_with_samples(db: Db, row: SessionRow) -> Session:
@@ -177,7 +180,66 @@ def count_samples(db: Db, session_ids: Iterable[str]) -> dict[str, Counts]:
     return counts
 
 
-def samples_of(db: Db, row: SessionRow) -> list[Sample]:
+def samples_of(db: Db, row: SessionRow) -> list[SampleRow]:
     """Return the runs of a session in the order of their numbers."""
     rows = db.scalars(select(SampleRow).where(SampleRow.session == row.id).order_by(SampleRow.number))
-    return [Sample.of(sample) for sample in rows]
+    return list(rows)
+
+
+def store_result(db: Db, row: SessionRow, samples: Iterable[SampleRow], result: Result) -> None:
+    """Make a result that was calculated from some runs that of their session.
+
+    Raises:
+        StateError: the session has other runs now.
+    """
+    if _identities(samples_of(db, row)) != _identities(samples):
+        raise StateError(
+            f"the runs of session {row.id} changed while it was solved; solve it again",
+            possible_calls(row, time.time()),
+        )
+    row.state, row.result, row.detail = "solved", result.model_dump_json(), ""
+
+
+def _identities(samples: Iterable[SampleRow]) -> list[tuple[int, float]]:
+    """Return what distinguishes runs: a number may be used again after its run was removed."""
+    return [(sample.number, sample.created) for sample in samples]
+
+
+def last_result(row: SessionRow) -> Result:
+    """Return the result of the last solve.
+
+    Raises:
+        StateError: the session has no result.
+    """
+    if row.result is None:
+        raise StateError(f"session {row.id} has no result", possible_calls(row, time.time()))
+    return Result.model_validate_json(row.result)
+
+
+def accept_result(db: Db, row: SessionRow, revision: str | None, *, force: bool) -> VehicleRow:
+    """Make a session's result the newest version of its vehicle.
+
+    The revision is the one that the caller has seen, None for any; `force` accepts a result of which a check
+    reports an error.
+
+    Raises:
+        ModifiedError: the result has another revision, or the vehicle has a newer version.
+        StateError: a check of the result reports an error, and `force` is not set.
+    """
+    result = last_result(row)
+    if revision is not None and revision != result.revision:
+        raise ModifiedError(
+            f"the result has the revision {result.revision}, not {revision}; get the result again"
+        )
+    if not result.usable and not force:
+        raise StateError("a check of this result reports an error (see advice); send force to use it anyway")
+    trucks = {name: Truck(**truck.calibrated.model_dump()) for name, truck in result.trucks.items()}
+    vehicle = corrected_vehicle(vehicle_of(db, row), trucks)
+    version = vehicles.add_version(db, vehicle, f"session {row.id}", row.vehicle_version)
+    row.state, row.detail = "accepted", f"vehicle {row.vehicle} is now at version {version.version}"
+    return version
+
+
+def vehicle_of(db: Db, row: SessionRow) -> VehicleParameters:
+    """Return the parameters of the vehicle that the session calibrates."""
+    return vehicles.parameters_of(vehicles.version(db, row.vehicle, row.vehicle_version))

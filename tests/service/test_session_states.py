@@ -17,6 +17,7 @@ from omnimate.service.umbmark.result import make_result
 from omnimate.service.umbmark.samples import add_measured_sample, remove_sample
 from omnimate.service.umbmark.sessions import (
     OPEN_STATES,
+    accept_result,
     drives_for,
     end_lease,
     interrupt_orphans,
@@ -27,9 +28,10 @@ from omnimate.service.umbmark.sessions import (
     session_with_samples,
     start_session,
     state_of,
+    store_result,
     take_lease,
+    vehicle_of,
 )
-from omnimate.service.umbmark.solving import accept_result, store_result, vehicle_of
 
 CALLS, STATES = get_args(Call), get_args(State)
 BY_HAND = {
