@@ -15,7 +15,7 @@ from starlette.requests import ClientDisconnect
 
 from omnimate.service import problems
 from omnimate.service.limits import Limits
-from omnimate.service.metrics import CallDurations, CallTimer
+from omnimate.service.metrics import CallTimer, call_histogram
 from omnimate.service.routes import (
     diagnoses,
     fleet_results,
@@ -26,7 +26,6 @@ from omnimate.service.routes import (
     recordings,
     robot,
     umbmark_results,
-    umbmark_samples,
     umbmark_sessions,
     vehicles,
 )
@@ -42,7 +41,6 @@ if TYPE_CHECKING:
 PAGE = Path(__file__).with_name("page")
 ROUTES = (
     umbmark_sessions,
-    umbmark_samples,
     umbmark_results,
     vehicles,
     recordings,
@@ -67,9 +65,9 @@ def create_app(components: Components) -> FastAPI:
         title="omnimate", version="1", description=DESCRIPTION, lifespan=_lifespan, docs_url=None,
         redoc_url=None, strict_content_type=True,
     )  # fmt: skip
-    app.state.components, app.state.durations = components, CallDurations()
+    app.state.components, app.state.call_seconds = components, call_histogram()
     problems.install(app)
-    app.add_middleware(CallTimer, durations=app.state.durations)
+    app.add_middleware(CallTimer, seconds=app.state.call_seconds)
     app.add_middleware(HeadCalls)
     app.add_middleware(Limits, settings=components.settings)
     for routes in ROUTES:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from fastapi import Depends, Header, Request
@@ -30,34 +30,18 @@ JSON = "application/json"
 LONGEST_KEY = 200
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """The answer to a request that changes something."""
-
-    content: BaseModel
-    status: int = 200
-    headers: dict[str, str] = field(default_factory=dict)
-
-    def as_response(self) -> Response:
-        """Return the answer as an HTTP response."""
-        return Response(self.content.model_dump_json(), self.status, self.headers, JSON)
-
-
-@dataclass(frozen=True, slots=True)
-class IdempotentRequest:
-    """What identifies a request that may be repeated.
+class Answer(Response):
+    """The answer to a request that changes something, as JSON.
 
     Attributes:
-        caller: The name of the caller; two callers may use the same key.
-        key: The Idempotency-Key.
-        call: Method and path.
-        digest: A hash of the body.
+        additional: Its headers other than those of every answer.
     """
 
-    caller: str
-    key: str
-    call: str
-    digest: str
+    media_type = JSON
+
+    def __init__(self, content: BaseModel, status: int = 200, headers: dict[str, str] | None = None) -> None:
+        super().__init__(content.model_dump_json(), status, headers)
+        self.additional = headers or {}
 
 
 def digest_of(body: BaseModel | bytes | None) -> str:
@@ -71,7 +55,21 @@ def storable_key(key: str) -> str:
     return key if len(key) <= LONGEST_KEY else hashlib.sha256(key.encode()).hexdigest()
 
 
-def act_once(database: Database, request: IdempotentRequest, act: Callable[[Session], Answer]) -> Response:
+def unanswered(caller: str, key: str, call: str, digest: str) -> AnswerRow:
+    """Return the row of a request that may be repeated, without its answer.
+
+    Args:
+        caller: The name of the caller; two callers may use the same key.
+        key: The Idempotency-Key.
+        call: Method and path.
+        digest: A hash of the body.
+    """
+    return AnswerRow(
+        caller=caller, key=key, call=call, digest=digest, status=0, headers={}, body="", created=time.time()
+    )
+
+
+def act_once(database: Database, request: AnswerRow, act: Callable[[Session], Answer]) -> Response:
     """Carry out a request in one transaction, or answer as before where it was carried out already.
 
     Raises:
@@ -79,49 +77,29 @@ def act_once(database: Database, request: IdempotentRequest, act: Callable[[Sess
     """
     try:
         with database.writing() as db:
-            response = _replayed(db, request)
+            response = replayed(db, request)
             if response is not None:
                 return response
-            row = _claim_key(db, request)
-            answer = act(db)
+            db.add(request)
             db.flush()
-            row.status, row.body = answer.status, answer.content.model_dump_json()
-            row.headers = answer.headers
-        return answer.as_response()
+            answer = act(db)
+            request.status, request.headers = answer.status_code, answer.additional
+            request.body = bytes(answer.body).decode()
     except IntegrityError:  # the same request came twice at once, and the other one was first
-        response = replayed(database, request)
+        with database.reading() as db:
+            response = replayed(db, request)
         if response is None:
             raise
         return response
+    return answer
 
 
-def replayed(database: Database, request: IdempotentRequest) -> Response | None:
+def replayed(db: Session, request: AnswerRow) -> Response | None:
     """Return the answer to a request that was carried out already; None where it was not.
 
     Raises:
         StateError: the key was used for another request.
     """
-    with database.reading() as db:
-        return _replayed(db, request)
-
-
-def _claim_key(db: Session, request: IdempotentRequest) -> AnswerRow:
-    row = AnswerRow(
-        caller=request.caller,
-        key=request.key,
-        call=request.call,
-        digest=request.digest,
-        status=0,
-        headers={},
-        body="",
-        created=time.time(),
-    )
-    db.add(row)
-    db.flush()
-    return row
-
-
-def _replayed(db: Session, request: IdempotentRequest) -> Response | None:
     before = db.get(AnswerRow, (request.caller, request.key))
     if before is None:
         return None
@@ -174,25 +152,25 @@ class Call:
             StateError: the Idempotency-Key was used for another request.
         """
         request = self._request(body)
-        response = replayed(self.components.database, request) if request is not None else None
-        if response is not None:
-            return response
+        if request is not None:
+            with self.components.database.reading() as db:
+                response = replayed(db, request)
+            if response is not None:
+                return response
         computed = compute()
         return self._act(request, lambda db: act(db, computed))
 
-    def _request(self, body: BaseModel | bytes | None) -> IdempotentRequest | None:
+    def _request(self, body: BaseModel | bytes | None) -> AnswerRow | None:
         if self.key is None:
             return None
-        return IdempotentRequest(self.caller.name, self.key, self.name, digest_of(body))
+        return unanswered(self.caller.name, self.key, self.name, digest_of(body))
 
-    def _act(self, request: IdempotentRequest | None, act: Callable[[Session], Answer]) -> Response:
+    def _act(self, request: AnswerRow | None, act: Callable[[Session], Answer]) -> Response:
         database = self.components.database
         if request is not None:
             return act_once(database, request, act)
         with database.writing() as db:
-            answer = act(db)
-            db.flush()
-        return answer.as_response()
+            return act(db)
 
 
 async def _reading(

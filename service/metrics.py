@@ -19,29 +19,17 @@ if TYPE_CHECKING:
 BUCKETS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0)
 
 
-class CallDurations:
-    """How often each call was made, how it ended, and how long it took."""
-
-    def __init__(self) -> None:
-        self.registry = CollectorRegistry()
-        self.seconds = Histogram(
-            "omnimate_call_seconds",
-            "Duration of calls",
-            ["method", "operation", "status"],
-            registry=self.registry,
-            buckets=BUCKETS,
-        )
-
-    def note(self, method: str, operation: str, status: int, seconds: float) -> None:
-        """Note the duration of a call [s]."""
-        self.seconds.labels(method, operation, str(status)).observe(seconds)
+def call_histogram() -> Histogram:
+    """Return the histogram of how often each call was made, how it ended, and how long it took [s]."""
+    labels = ["method", "operation", "status"]
+    return Histogram("omnimate_call_seconds", "Duration of calls", labels, registry=None, buckets=BUCKETS)
 
 
 class CallTimer:
     """An ASGI application in front of another one, which measures how long calls take, by their operation."""
 
-    def __init__(self, app: ASGIApp, durations: CallDurations) -> None:
-        self.app, self._durations = app, durations
+    def __init__(self, app: ASGIApp, seconds: Histogram) -> None:
+        self.app, self._seconds = app, seconds
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Hand a call on, and note its duration."""
@@ -60,12 +48,14 @@ class CallTimer:
             await self.app(scope, receive, send_noting_status)
         finally:
             operation = getattr(scope.get("route"), "operation_id", None) or "other"
-            self._durations.note(scope["method"], operation, status, time.perf_counter() - began)
+            labelled = self._seconds.labels(scope["method"], operation, str(status))
+            labelled.observe(time.perf_counter() - began)
 
 
-def exposition(components: Components, durations: CallDurations) -> tuple[bytes, str]:
+def exposition(components: Components, seconds: Histogram) -> tuple[bytes, str]:
     """Return all metrics as Prometheus reads them, and their content type."""
     registry = CollectorRegistry()
+    registry.register(seconds)
     robot, events = components.robot, components.events
     seen = robot.observer
     for name, help_text, count in (
@@ -78,7 +68,7 @@ def exposition(components: Components, durations: CallDurations) -> tuple[bytes,
     Gauge("omnimate_bus_up", "Whether the bus is read", registry=registry).set(robot.problem is None)
     _nodes(components, registry)
     _states(components, registry)
-    return generate_latest(durations.registry) + generate_latest(registry), CONTENT_TYPE_LATEST
+    return generate_latest(registry), CONTENT_TYPE_LATEST
 
 
 def _nodes(components: Components, registry: CollectorRegistry) -> None:

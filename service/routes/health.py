@@ -48,5 +48,5 @@ def metrics(request: Request) -> Response:
     """Return metrics for Prometheus."""
     from omnimate.service.metrics import exposition
 
-    content, kind = exposition(request.app.state.components, request.app.state.durations)
+    content, kind = exposition(request.app.state.components, request.app.state.call_seconds)
     return Response(content, media_type=kind)
