@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 
 from sqlalchemy import select
 
-from omnimate.service.errors import AuthenticationError, ForbiddenError
+from omnimate.service.errors import AuthenticationError
 from omnimate.service.store.rows import find_row
 from omnimate.service.store.tables import KeyRow
 
@@ -121,18 +121,6 @@ class Callers:
             self._remembered.clear()
         self._remembered[authorization] = caller, time.monotonic() + REMEMBERED_TIME
         return caller
-
-
-def require_role(caller: Caller, role: Role) -> None:
-    """Check that a caller has a role.
-
-    Raises:
-        ForbiddenError: the caller may only read.
-    """
-    if role == "operate" and caller.role != "operate":
-        raise ForbiddenError(
-            "this key may only read; moving the robot or changing anything needs the role operate"
-        )
 
 
 def _hash_of(secret: str) -> str:

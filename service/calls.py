@@ -13,8 +13,8 @@ from pydantic import BaseModel
 from sqlalchemy.exc import IntegrityError
 from starlette.concurrency import run_in_threadpool
 
-from omnimate.service.access import Caller, require_role
-from omnimate.service.errors import StateError
+from omnimate.service.access import Caller
+from omnimate.service.errors import ForbiddenError, StateError
 from omnimate.service.store.tables import AnswerRow
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 JSON = "application/json"
-LONGEST_KEY = 200
+MAX_KEY_LENGTH = 200
 
 
 class Answer(Response):
@@ -52,7 +52,7 @@ def digest_of(body: BaseModel | bytes | None) -> str:
 
 def storable_key(key: str) -> str:
     """Return a key that fits into the table, however long the client's key is."""
-    return key if len(key) <= LONGEST_KEY else hashlib.sha256(key.encode()).hexdigest()
+    return key if len(key) <= MAX_KEY_LENGTH else hashlib.sha256(key.encode()).hexdigest()
 
 
 def unanswered(caller: str, key: str, call: str, digest: str) -> AnswerRow:
@@ -193,7 +193,10 @@ async def _operating(
         ),
     ] = None,
 ) -> Call:
-    require_role(call.caller, "operate")
+    if call.caller.role != "operate":
+        raise ForbiddenError(
+            "this key may only read; moving the robot or changing anything needs the role operate"
+        )
     return replace(call, key=storable_key(idempotency_key) if idempotency_key else None)
 
 

@@ -37,7 +37,7 @@ class Limits:
         self._buckets: OrderedDict[str, tuple[float, float]] = OrderedDict()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Refuse a request, or hand it on."""
+        """Refuse a request, or forward it."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return

@@ -1,4 +1,4 @@
-"""Metrics for Prometheus: calls, samples, nodes, sessions and jobs, read when they are asked for."""
+"""Metrics for Prometheus: calls, samples, nodes, sessions and jobs, read at each request for them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class CallTimer:
         self.app, self._seconds = app, seconds
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Hand a call on, and note its duration."""
+        """Forward a call, and note its duration."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-MOST_FILES = 64  # in the zip of one recording
-MOST_LINES = 5_000_000  # of a log; reading one takes 210 bytes of memory
-LARGEST_FILE = 300_000_000  # [bytes]; a log of as many lines, each of 60 bytes, is not larger
+MAX_FILES = 64  # in the zip of one recording
+MAX_LOG_LINES = 5_000_000  # of a log; reading one takes 210 bytes of memory
+MAX_FILE_SIZE = 300_000_000  # [bytes]; a log of as many lines, each of 60 bytes, is not larger
 BLOCK = 1 << 20  # [bytes] that are unpacked at a time
 _LOGS = (LOG, f"{LOG}.gz")
 _ENTRY = b"PK\1\2"  # begins each entry of a zip's directory
@@ -45,9 +45,9 @@ class UploadedZip:
                     f"the zip cannot be read: {member.filename!r} is packed by method "
                     f"{member.compress_type}; expected stored or deflated"
                 )
-            if member.file_size > LARGEST_FILE:
+            if member.file_size > MAX_FILE_SIZE:
                 raise TooLargeError(
-                    f"{member.filename!r} has {member.file_size} bytes; at most {LARGEST_FILE}"
+                    f"{member.filename!r} has {member.file_size} bytes; at most {MAX_FILE_SIZE}"
                 )
         size = sum(member.file_size for member in self._members.values())
         if size > self._left:
@@ -76,9 +76,9 @@ class UploadedZip:
         content, lines = BlockReader(path), 0
         for block in content:
             lines += block.count(b"\n")
-            if lines > MOST_LINES or content.passed > min(LARGEST_FILE, self._left + content.position):
+            if lines > MAX_LOG_LINES or content.passed > min(MAX_FILE_SIZE, self._left + content.position):
                 raise TooLargeError(
-                    f"{name}: more than {MOST_LINES} lines, or {LARGEST_FILE} bytes when unpacked; "
+                    f"{name}: more than {MAX_LOG_LINES} lines, or {MAX_FILE_SIZE} bytes when unpacked; "
                     "cut the log into shorter ones"
                 )
         self._take(max(0, content.passed - content.position))
@@ -121,7 +121,7 @@ def unpack(content: bytes, folder: Path, limit: int) -> Path:
         InvalidValueError: a name in the zip leads out of the folder, or the zip does not hold one recording.
         TooLargeError: the zip holds too many files, or they are larger than the limit [bytes].
     """
-    with opened_zip(content, MOST_FILES, limit, "a recording folder") as archive:
+    with opened_zip(content, MAX_FILES, limit, "a recording folder") as archive:
         paths = {name: _checked_path(archive, name) for name in archive.names}
         inner = folder / _folder_of_recording(list(paths.values()))
         for name, path in paths.items():

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 SHOWN_ERRORS = 20
-LONGEST_SHOWN = 60  # characters of a value that is shown again
+MAX_SHOWN_LENGTH = 60  # characters of a value that is shown again
 
 _NUMBER = "a number"
 _WHOLE = "a whole number"
@@ -64,7 +64,7 @@ def _problem(error: Mapping[str, Any]) -> str:
     if kind == "value_error":  # of a validator of this service
         return str(context["error"])
     given = repr(error["input"])
-    shown = given if len(given) <= LONGEST_SHOWN else f"{given[:LONGEST_SHOWN]}..."
+    shown = given if len(given) <= MAX_SHOWN_LENGTH else f"{given[:MAX_SHOWN_LENGTH]}..."
     limits = {name: f"{value:g}" if isinstance(value, float) else value for name, value in context.items()}
     expected = _EXPECTED.get(kind, f"another value ({kind})").format(**limits)
     return f"{shown}; expected {expected}"

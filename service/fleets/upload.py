@@ -16,7 +16,7 @@ from omnimate.service.recording_zip import opened_zip
 if TYPE_CHECKING:
     from omnimate.fleet.batch.files import Files
 
-MOST_FILES = 20_000  # in a zip: five of each recording, of 1000 robots and four laps
+MAX_FILES = 20_000  # in a zip: five of each recording, of 1000 robots and four laps
 _PLAIN = PLAIN_PATTERN.strip("^$")
 _FILES = "|".join(re.escape(name) for name in (VEHICLE, LOG, f"{LOG}.gz", POSES, RUN))
 _MEMBER = re.compile(rf"robot=({_PLAIN})/day=([0-9-]{{10}})/({_PLAIN})/({_FILES})")
@@ -35,7 +35,7 @@ def store_day(files: Files, content: bytes, limit: int) -> Upload:
         TooLargeError: the zip holds too many files, or they are larger than the limit.
     """
     expected = "folders robot=NAME/day=YYYY-MM-DD/RECORDING/"
-    with opened_zip(content, MOST_FILES, limit, expected) as archive, TemporaryDirectory() as place:
+    with opened_zip(content, MAX_FILES, limit, expected) as archive, TemporaryDirectory() as place:
         upload = _checked(archive.names)
         for name in archive.names:
             archive.extract(name, Path(place) / name)

@@ -138,7 +138,7 @@ def signed_headers(message: Message, now: float) -> dict[str, str]:
     }
 
 
-LOOK_PERIOD = 1.0  # [s] between two looks for a message that is due
+POLL_PERIOD = 1.0  # [s] between two queries for a message that is due
 TIMEOUT = 15.0  # [s] for an answer; the specification says 15 to 30
 _log = logging.getLogger(__name__)
 
@@ -147,7 +147,7 @@ class _NoRedirect(urllib.request.HTTPRedirectHandler):
     def redirect_request(
         self, req: urllib.request.Request, fp: IO[bytes], code: int, msg: str, headers: Headers, newurl: str
     ) -> None:
-        """Follow no redirect: a message goes to the address that an operator gave, and nowhere else."""
+        """Follow no redirect: a message goes to the address that an operator gave, and to no other."""
 
 
 _OPENER = urllib.request.build_opener(_NoRedirect, urllib.request.ProxyHandler({}))
@@ -155,7 +155,7 @@ _OPENER = urllib.request.build_opener(_NoRedirect, urllib.request.ProxyHandler({
 
 def send_message(message: Message, now: float) -> tuple[int | None, str]:
     """Send a message once; return the HTTP status, None without an answer, and the answer in words."""
-    request = urllib.request.Request(  # noqa: S310  # http and https only: `WebhookStart` sees to it
+    request = urllib.request.Request(  # noqa: S310  # http and https only: `WebhookStart` accepts no other
         message.url, message.body.encode(), signed_headers(message, now), method="POST"
     )
     try:
@@ -205,7 +205,7 @@ class Deliverer:
             self._thread.join(2.0)
 
     def _run(self) -> None:
-        while not self._ending.wait(LOOK_PERIOD):
+        while not self._ending.wait(POLL_PERIOD):
             try:
                 deliver_due(self._database)
             except SQLAlchemyError:

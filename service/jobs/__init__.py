@@ -1,1 +1,1 @@
-"""Diagnoses as jobs: one at a time, each in its own process, and tried again when the process dies."""
+"""Diagnoses as jobs: one at a time, each in a separate process, and tried again when the process dies."""

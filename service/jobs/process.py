@@ -1,4 +1,4 @@
-"""A job in its own process, which may use a core and a gigabyte, and may die."""
+"""A job in a process of its own, so that it may use a core and a gigabyte, and crash without the service."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _log = logging.getLogger(__name__)
 
 
 class JobProcess:
-    """A job that runs in another process, as its parent sees it."""
+    """A job that runs in another process, as its parent process uses it."""
 
     def __init__(self, process: BaseProcess, connection: Connection) -> None:
         self._process, self._connection = process, connection
@@ -34,7 +34,7 @@ class JobProcess:
 
         Returns:
             The result or `{"error": sentence}` as the process sent it, `{"died": reason}` where the process
-            ended without a word, None where it was given up.
+            ended without a message, None where it was given up.
         """
         try:
             while True:
@@ -44,14 +44,14 @@ class JobProcess:
                     if "progress" not in message:
                         return message
                 elif not self._process.is_alive():
-                    return self._death()
+                    return self._exit_message()
                 if not go_on(message):
                     return None
         except EOFError:
             self._process.join(1.0)
-            return self._death()
+            return self._exit_message()
 
-    def _death(self) -> dict[str, Any]:
+    def _exit_message(self) -> dict[str, Any]:
         return {"died": f"its process ended with code {self._process.exitcode}"}
 
 
@@ -81,14 +81,14 @@ def running(noun: str, work: Callable[..., dict[str, Any]], *arguments: object) 
         *arguments: Its other arguments.
     """
     context = multiprocessing.get_context("spawn")
-    ours, theirs = context.Pipe()
+    receiver, sender = context.Pipe()
     # Not a daemon: those may not start processes, which a batch with several workers does.
-    process = context.Process(target=_run, args=(theirs, noun, work, *arguments))
+    process = context.Process(target=_run, args=(sender, noun, work, *arguments))
     process.start()
-    theirs.close()
+    sender.close()
     try:
-        yield JobProcess(process, ours)
+        yield JobProcess(process, receiver)
     finally:
         process.kill()
         process.join()
-        ours.close()
+        receiver.close()

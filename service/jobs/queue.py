@@ -47,9 +47,9 @@ class Job(RowModel):
 
 
 LEASE = 20.0  # [s] after which a service that does not renew its lease is considered dead
-MOST_ATTEMPTS = 3
+MAX_ATTEMPTS = 3
 ENDED_STATES = ("done", "failed", "cancelled")
-WORDS: dict[JobKind, str] = {"diagnose": "diagnosis", "batch": "batch"}
+NOUNS: dict[JobKind, str] = {"diagnose": "diagnosis", "batch": "batch"}
 
 
 def add_job(db: Session, recordings: Sequence[str]) -> JobRow:
@@ -64,8 +64,8 @@ def add_job(db: Session, recordings: Sequence[str]) -> JobRow:
     return queue_job(db, kind="diagnose", recordings=list(recordings))
 
 
-def queue_job(db: Session, **about: Any) -> JobRow:  # noqa: ANN401  # columns of `JobRow`
-    """Queue a job; `about` is what it is to do."""
+def queue_job(db: Session, **columns: Any) -> JobRow:  # noqa: ANN401  # of `JobRow`
+    """Queue a job; `columns` are those that describe its task."""
     now = time.time()
     row = JobRow(
         id=secrets.token_hex(8),
@@ -75,7 +75,7 @@ def queue_job(db: Session, **about: Any) -> JobRow:  # noqa: ANN401  # columns o
         attempts=0,
         created=now,
         changed=now,
-        **about,
+        **columns,
     )
     db.add(row)
     return row
@@ -89,7 +89,7 @@ def find_job(db: Session, job_id: str, kind: JobKind = "diagnose", *, for_change
     """
     row = db.get(JobRow, job_id, with_for_update=for_change)
     if row is None or row.kind != kind:
-        raise NotFoundError(WORDS[kind], job_id)
+        raise NotFoundError(NOUNS[kind], job_id)
     return row
 
 
@@ -102,7 +102,7 @@ def cancel_job(db: Session, job_id: str, kind: JobKind = "diagnose") -> JobRow:
     """
     row = find_job(db, job_id, kind, for_change=True)
     if row.state in ENDED_STATES:
-        raise StateError(f"{WORDS[kind]} {job_id} is {row.state} already")
+        raise StateError(f"{NOUNS[kind]} {job_id} is {row.state} already")
     row.state, row.doing, row.changed = "cancelled", "", time.time()
     return row
 
@@ -157,7 +157,7 @@ def give_back(row: JobRow, reason: str) -> None:
     """Queue a job again, or let it fail after several attempts."""
     row.owner = row.lease = None
     row.changed = time.time()
-    if row.attempts >= MOST_ATTEMPTS:
+    if row.attempts >= MAX_ATTEMPTS:
         row.state, row.error, row.doing = "failed", f"given up after {row.attempts} attempts: {reason}", ""
     else:
         row.state, row.doing = "queued", f"waiting again: {reason}"

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from omnimate.service.store.database import Database
     from omnimate.service.store.tables import JobRow
 
-LOOK_PERIOD = 1.0  # [s] between two looks for a queued job
+POLL_PERIOD = 1.0  # [s] between two queries for a queued job
 _log = logging.getLogger(__name__)
 
 
@@ -57,10 +57,10 @@ class Worker:
         events: EventStream,
         instance: str,
         jobs: Jobs,
-        regularly: Callable[[], None] = lambda: None,
+        housekeeping: Callable[[], None] = lambda: None,
     ) -> None:
         self._database, self._events, self._instance = database, events, instance
-        self._jobs, self._regularly = jobs, regularly
+        self._jobs, self._housekeeping = jobs, housekeeping
         self._ending, self._wake = threading.Event(), threading.Event()
         self._renewed = 0.0
         self._thread = threading.Thread(target=self._run, name=f"jobs: {jobs.kind}", daemon=True)
@@ -77,20 +77,20 @@ class Worker:
             self._thread.join(5.0)
 
     def wake(self) -> None:
-        """Have the thread look for a queued job at once."""
+        """Have the thread query for a queued job at once."""
         self._wake.set()
 
     def _run(self) -> None:
         while not self._ending.is_set():
             try:
-                self._regularly()
+                self._housekeeping()
                 job_id = self._claim()
                 if job_id is not None:
                     self._work(job_id)
                     continue
             except (SQLAlchemyError, OSError):
                 _log.exception("the database or a file did not answer; it is tried again")
-            self._wake.wait(LOOK_PERIOD)
+            self._wake.wait(POLL_PERIOD)
             self._wake.clear()
 
     def _claim(self) -> str | None:
@@ -104,8 +104,8 @@ class Worker:
         """Work in another process, and store the outcome."""
         self._publish(job_id)
         with (
-            tempfile.TemporaryDirectory() as place,
-            self._jobs.start(self._database, job_id, Path(place)) as process,
+            tempfile.TemporaryDirectory() as folder,
+            self._jobs.start(self._database, job_id, Path(folder)) as process,
         ):
             self._finish(job_id, process.outcome(lambda message: self._renew(job_id, message)))
         self._publish(job_id)

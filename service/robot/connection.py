@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 
-LARGEST_DELAY = 0.5  # [s] of host time; a longer delay is not caught up with
+MAX_DELAY = 0.5  # [s] of host time; a longer delay is not caught up with
 
 
 class PacedClock(SyncClock):
@@ -58,7 +58,7 @@ class PacedClock(SyncClock):
         """Return the time until the next SYNC [s]; it is negative when the SYNC is late."""
         host_time = (self._next - self._anchor_sync) * self.period / self._pace
         wait = self._anchor_time + host_time - time.monotonic()
-        if wait < -LARGEST_DELAY:
+        if wait < -MAX_DELAY:
             self._anchor()
         return wait
 
@@ -116,7 +116,7 @@ def simulated_plant(nominal: VehicleParameters) -> Plant:
 
 
 def _fix_of(plant: Plant) -> Fix:
-    """Return what measures a simulated robot: its sonar, or a tape measure where the sonar sees no wall."""
+    """Return the measurement of a simulated robot's pose: by sonar, or by tape without an echo."""
 
     def fix(truck: TruckName) -> tuple[Array, Array]:
         pose, sigma = plant.fix(truck)

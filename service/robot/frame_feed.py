@@ -1,4 +1,4 @@
-"""Every frame of the bus, handed on to the recording of a drive and to the clients that read along."""
+"""Every frame of the bus, forwarded to the recording of a drive and to clients that read the bus."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ QUEUED_LINES = 5000  # that a slow reader may be behind; it misses what comes af
 
 
 class FrameFeed:
-    """Stands in the place of the driver's recorder."""
+    """Takes the place of the driver's recorder, and forwards what it is given."""
 
     def __init__(self) -> None:
         self.recorder: Recorder | None = None
@@ -29,12 +29,12 @@ class FrameFeed:
         self._readers: tuple[queue.Queue[str], ...] = ()
 
     def use(self, vehicle: VehicleParameters) -> None:
-        """Hand on the vehicle parameters, in which the driver has completed the encoders' ranges."""
+        """Forward the vehicle parameters, in which the driver has completed the encoders' ranges."""
         if self.recorder is not None:
             self.recorder.use(vehicle)
 
     def frame(self, at: float, message: can.Message) -> None:
-        """Hand on a frame that was on the bus at a time [s]."""
+        """Forward a frame that was on the bus at a time [s]."""
         self.frames += 1
         if self.recorder is not None:
             self.recorder.frame(at, message)

@@ -1,4 +1,4 @@
-"""What the service sees of the robot: counted, localized, and published as events."""
+"""The samples of the robot: counted, localized, and published as events."""
 
 from __future__ import annotations
 
@@ -70,10 +70,10 @@ class Observer:
 
     def _state_event(self, at: float | None, wheels: tuple[float, ...] = ()) -> dict[str, Any]:
         poses = {} if self._localization is None else self._localization.as_event()
-        used = self._reservation
+        reservation = self._reservation
         return {
-            "time": at, "mode": self._mode, "problem": used.problem, "driving": used.session,
-            "lap": used.lap, "wheels": list(wheels), **poses,
+            "time": at, "mode": self._mode, "problem": reservation.problem, "driving": reservation.session,
+            "lap": reservation.lap, "wheels": list(wheels), **poses,
         }  # fmt: skip
 
 

@@ -23,7 +23,7 @@ RENEW_PERIOD = 2.0  # [s] between two renewals of a session's lease
 RETRY_PERIOD = 2.0  # [s] before the bus is opened again after a failure
 _log = logging.getLogger(__name__)
 
-COMPILING = 90.0  # [s] at most, for which a new machine compiles what a robot calls
+COMPILATION_TIMEOUT = 90.0  # [s] at most, for which a new machine compiles what a robot calls
 
 
 class RobotThread:
@@ -65,7 +65,7 @@ class RobotThread:
         self.reservation.stop("the service was stopped")
         self._ending.set()
         if self._thread.is_alive():
-            self._thread.join(COMPILING)
+            self._thread.join(COMPILATION_TIMEOUT)
         self._executor.shutdown()
 
     def reload(self) -> None:

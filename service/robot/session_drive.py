@@ -66,7 +66,7 @@ class SessionDriver:
             connection.set_pace(self.pace)
             all_driven = self._drive_laps(connection, order)
         except OmnimateError as error:
-            with contextlib.suppress(OmnimateError):  # a bus that is lost cannot be told to stop
+            with contextlib.suppress(OmnimateError):  # no command to stop reaches a bus that is lost
                 driver.stop()
             problem = str(error)
         finally:

@@ -60,21 +60,21 @@ class Learned(RowModel):
     values: list[LearnedValue]
     suspects: Annotated[list[Probable], Field(description="What is probably wrong in the vehicle's version.")]
     misread: Annotated[list[Probable], Field(description="What reads more than an angle and a bias.")]
-    untold: Annotated[list[str], Field(description="What this drive does not tell.")]
+    untold: Annotated[list[str], Field(description="What this drive does not identify.")]
     advice: list[Advice]
 
 
-def learned_view(db: Db, vehicle: VehicleParameters, slow: SlowParameters, said: Findings) -> Learned:
+def learned_view(db: Db, vehicle: VehicleParameters, slow: SlowParameters, findings: Findings) -> Learned:
     """Return what was learned of a vehicle as clients see it."""
     described = _version_of(db, vehicle)
     return Learned.of(
-        said,
+        findings,
         vehicle=vehicle.name,
         vehicle_version=None if described is None else described.version,
         values=learned_values(vehicle, slow),
-        suspects=[Probable(name=name, probability=value) for name, value in said.suspects],
-        misread=[Probable(name=name, probability=value) for name, value in said.misread],
-        advice=advice_of(said),
+        suspects=[Probable(name=name, probability=value) for name, value in findings.suspects],
+        misread=[Probable(name=name, probability=value) for name, value in findings.misread],
+        advice=advice_of(findings),
     )
 
 

@@ -21,7 +21,7 @@ from omnimate.service.umbmark.models import Id, Name, RowModel
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], responses=ALWAYS)
 RecordingId = Annotated[Id, PathParameter(description="The id of the recording.")]
 ZIP_TYPES = ("application/zip", "application/x-zip-compressed", "application/octet-stream")
-IN_MEMORY = 4_000_000  # [bytes] of an upload; a larger one is kept on the disk meanwhile
+MAX_IN_MEMORY = 4_000_000  # [bytes] of an upload; a larger one is written to a temporary file
 BINARY = {"schema": {"type": "string", "format": "binary"}}
 
 
@@ -46,7 +46,7 @@ async def zip_of(request: Request) -> bytes:
         MediaTypeError: it is of another content type.
     """
     _check_zip(request)
-    with tempfile.SpooledTemporaryFile(IN_MEMORY) as spool:
+    with tempfile.SpooledTemporaryFile(MAX_IN_MEMORY) as spool:
         async for block in request.stream():
             spool.write(block)
         spool.seek(0)
@@ -74,7 +74,7 @@ Zip = Annotated[bytes, Depends(zip_of)]
 )
 def upload(
     call: Operating,
-    content: Zip,  # after the call: nobody's body is read who may not upload
+    content: Zip,  # after the call: the body of a caller who may not upload is not read
     name: Annotated[Name | None, Query(description="The name of the recording in lists.")] = None,
 ) -> Response:
     """Upload a zip of a recording folder. The recording is read completely before it is kept."""

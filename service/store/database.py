@@ -112,7 +112,7 @@ def _engine(url: str) -> tuple[str, Engine]:
 
 
 def _on_connect(connection: Any, _record: object) -> None:  # noqa: ANN401  # of the driver
-    """Let readers work beside the writer, and return from a commit when it is on the disk."""
+    """Let readers work at the same time as the writer; a commit returns when it is on the disk."""
     connection.isolation_level = None  # transactions begin where `_on_begin` says
     for pragma in ("journal_mode=WAL", "synchronous=FULL", f"busy_timeout={int(1000 * BUSY_TIMEOUT)}"):
         connection.execute(f"PRAGMA {pragma}")

@@ -1,4 +1,4 @@
-"""Recordings are read in a process of their own, whose memory and time are limited."""
+"""Recordings are read in a separate process, whose memory and time are limited."""
 
 from __future__ import annotations
 
@@ -18,22 +18,24 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.recording import Recording
 
-MEMORY = 2_000_000_000  # [bytes]; 5 million frames take half of it
-PATIENCE = 120.0  # [s]; 5 million frames take 4 s
+MEMORY_LIMIT = 2_000_000_000  # [bytes]; 5 million frames take half of it
+READ_TIMEOUT = 120.0  # [s]; 5 million frames take 4 s
 
 
-def read_in_process(place: Path, folder: Path, memory: int = MEMORY, patience: float = PATIENCE) -> Recording:
-    """Return the recording in a folder; messages name its files as they are seen from `place`.
+def read_in_process(
+    root: Path, folder: Path, memory: int = MEMORY_LIMIT, timeout: float = READ_TIMEOUT
+) -> Recording:
+    """Return the recording in a folder; messages name its files as they are seen from `root`.
 
     Raises:
         InvalidValueError: the recording cannot be read.
         TooLargeError: it takes too much memory [bytes] or time [s].
     """
-    end = time.monotonic() + patience
-    with running("recording", _read, str(place), str(folder.relative_to(place)), memory) as process:
+    end = time.monotonic() + timeout
+    with running("recording", _read, str(root), str(folder.relative_to(root)), memory) as process:
         outcome = process.outcome(lambda _message: time.monotonic() < end)
     if outcome is None:
-        raise TooLargeError(f"this recording was not read within {patience:g} s; cut it into shorter ones")
+        raise TooLargeError(f"this recording was not read within {timeout:g} s; cut it into shorter ones")
     if "error" in outcome:
         raise InvalidValueError("recording", outcome["error"])
     if "recording" not in outcome:
@@ -42,21 +44,21 @@ def read_in_process(place: Path, folder: Path, memory: int = MEMORY, patience: f
     return recording
 
 
-def load_relative(place: str, folder: str, source: str) -> Recording:
-    """Return the recording in a folder of `place`, where this process then works.
+def load_relative(root: str, folder: str, source: str) -> Recording:
+    """Return the recording in a folder of `root`, where this process then works.
 
-    Errors name its files without the place, which is nobody's business outside of this machine.
+    Errors name its files relative to `root`, so that they do not reveal paths of this machine.
     """
-    os.chdir(place)
+    os.chdir(root)
     return replace(load_recording(Path(folder)), source=source)
 
 
-def _read(_report: Callable[[float, str], None], place: str, folder: str, memory: int) -> dict[str, Any]:
+def _read(_report: Callable[[float, str], None], root: str, folder: str, memory: int) -> dict[str, Any]:
     with suppress(ImportError):  # Windows has no such limit
         import resource
 
         resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
     try:
-        return {"recording": load_relative(place, folder, folder)}
+        return {"recording": load_relative(root, folder, folder)}
     except MemoryError:
         return {"died": f"it takes more than {memory / 1e6:g} MB of memory"}

@@ -89,8 +89,8 @@ def add_version(
         db: The open transaction.
         vehicle: The parameters of the new version.
         origin: Where the parameters come from, in words.
-        expected: The version that the caller believes to be the newest; None accepts any version.
-        text: Its vehicle.toml as a person wrote it; None where nobody did.
+        expected: The version that the caller expects to be the newest; None accepts any version.
+        text: Its vehicle.toml as a person wrote it; None where it is to be generated.
 
     Raises:
         NotFoundError: there is no vehicle of this name.

@@ -60,18 +60,18 @@ def connection(state: ConnectionState) -> dict[str, Any]:
 
 
 def state_of(
-    seen: dict[str, Any],
+    event: dict[str, Any],
     problem: str | None,
     report: DriverReport | None,
     actions: list[dict[str, Any]],
 ) -> dict[str, Any]:
     """Return the content of a state message.
 
-    The robot is in service: this interface takes no orders. Battery and safety are what the drives tell of
-    them, and an information says what is not known.
+    The operating mode is SERVICE: this interface takes no orders. Battery and safety states are those that
+    the drives report; an `information` lists what is unknown.
 
     Args:
-        seen: The last `state` event of the stream; empty before the first one.
+        event: The last `state` event of the stream; empty before the first one.
         problem: Why the robot cannot be read; None where it can.
         report: The driver's last report of the bus; None before the first one.
         actions: States of the instant actions that were asked for.
@@ -83,7 +83,7 @@ def state_of(
         "lastNodeSequenceId": 0,
         "nodeStates": [],
         "edgeStates": [],
-        "driving": bool(seen.get("driving")) or any(seen.get("wheels", ())),
+        "driving": bool(event.get("driving")) or any(event.get("wheels", ())),
         "actionStates": actions,
         "batteryState": battery_state(report),
         "operatingMode": "SERVICE",
@@ -98,31 +98,31 @@ def state_of(
             }
         ],
     }
-    pose = next((seen[name] for name in ("filter", "ipec", "plain") if seen.get(name)), None)
+    pose = next((event[name] for name in ("filter", "ipec", "plain") if event.get(name)), None)
     if pose is not None:
         content["agvPosition"] = {
             "x": pose["x"],
             "y": pose["y"],
             "theta": math.remainder(pose["theta"], math.tau),
-            "mapId": "odometry",  # a frame of its own, which begins where the robot was switched on
+            "mapId": "odometry",  # whose origin is the pose at which the robot was switched on
             "positionInitialized": False,
         }
     return content
 
 
 def battery_state(report: DriverReport | None) -> dict[str, Any]:
-    """Return the battery's state: good, unless a drive's emergency message told of a low voltage."""
+    """Return the battery's state: good, unless a drive's emergency message reported a low voltage."""
     codes = {trouble.emergency or 0 for trouble in report.troubles} if report is not None else set()
     is_low = any(code & LOW_VOLTAGE_MASK in LOW_VOLTAGE for code in codes)
     return {"batteryCharge": BAD if is_low else GOOD, "charging": False}
 
 
 def safety_state(report: DriverReport | None) -> dict[str, Any]:
-    """Return the safety state, as far as drives tell of it.
+    """Return the safety state, as far as drives report it.
 
     A drive that leaves operation enabled without a fault, and without a command of this driver, was stopped
     from outside: by its input for a quick stop, or because its power was taken away (CiA 402-2, transitions
-    9 and 11). It drives again when it is enabled again, by somebody: the standard's `MANUAL`.
+    9 and 11). A person has to enable it again: the standard's `MANUAL`.
     """
     troubles = report.troubles if report is not None else ()
     words = [trouble.status for trouble in troubles if trouble.status is not None]
@@ -147,5 +147,5 @@ def with_actions(content: dict[str, Any]) -> dict[str, Any]:
     """Return the content of a factsheet with the actions of this interface."""
     features = content["protocolFeatures"]
     others = [action for action in features["agvActions"] if action.get("actionType") not in ACTIONS]
-    mine = [{"actionType": name, "actionScopes": ["INSTANT"]} for name in ACTIONS]
-    return content | {"protocolFeatures": features | {"agvActions": [*others, *mine]}}
+    supported = [{"actionType": name, "actionScopes": ["INSTANT"]} for name in ACTIONS]
+    return content | {"protocolFeatures": features | {"agvActions": [*others, *supported]}}

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from omnimate.service.vda5050.factsheet import Factsheet
     from omnimate.vehicle.parameters import VehicleParameters
 
-LOOK_PERIOD = 1.0  # [s] between two looks at the robot
-MOST_SILENCE = 30.0  # [s] after which the state is sent even if nothing has changed: the standard's limit
+POLL_PERIOD = 1.0  # [s] between two readings of the robot's state
+MAX_STATE_PERIOD = 30.0  # [s] after which the state is sent even if nothing has changed: the standard's limit
 KEPT_ACTIONS = 20  # states of the last instant actions that a state message lists
 PORT = 1883
 _log = logging.getLogger(__name__)
@@ -60,8 +60,8 @@ class Publisher:
     def start(self) -> None:
         """Connect, and start the thread."""
         client = self._client
-        client.on_connect = lambda *_: self._greet()
-        client.on_message = lambda _client, _data, message: self._take(message)
+        client.on_connect = lambda *_: self._go_online()
+        client.on_message = lambda _client, _data, message: self._carry_out(message)
         broken = self._sender.message("connection", connection("CONNECTIONBROKEN"), time.time())
         client.will_set(self._sender.topic("connection"), json.dumps(broken), qos=1, retain=True)
         client.connect_async(self._host, self._port)
@@ -69,34 +69,34 @@ class Publisher:
         self._thread.start()
 
     def close(self) -> None:
-        """Say that the robot goes offline, and end the threads."""
+        """Publish that the robot goes offline, and end the threads."""
         self._ending.set()
         if not self._thread.is_alive():
             return
         self._thread.join(2.0)
         if self._client.is_connected():
-            self._publish("connection", connection("OFFLINE"), qos=1, retain=True, patience=1.0)
+            self._publish("connection", connection("OFFLINE"), qos=1, retain=True, timeout=1.0)
         self._client.disconnect()
         self._client.loop_stop()
 
     def _run(self) -> None:
-        while not self._ending.wait(LOOK_PERIOD):
+        while not self._ending.wait(POLL_PERIOD):
             try:
                 if self._client.is_connected():
                     self._send_factsheet()
                     self._send_state()
-            except Exception:  # noqa: BLE001  # the database may be away; the next look tries again
+            except Exception:  # noqa: BLE001  # the database may be away; it is tried again in the next period
                 _log.exception("the robot's state was not published")
 
-    def _greet(self) -> None:
-        """Come online: the connection, what can be asked for, and all that is known."""
+    def _go_online(self) -> None:
+        """Publish ONLINE, subscribe to instant actions, and have state and factsheet sent again."""
         self._publish("connection", connection("ONLINE"), qos=1, retain=True)
         self._client.subscribe(self._sender.topic("instantActions"))
         with self._lock:
             self._sent_state, self._sent_wheels = {}, {}
 
-    def _take(self, message: MQTTMessage) -> None:
-        """Carry out instant actions; a malformed message is logged."""
+    def _carry_out(self, message: MQTTMessage) -> None:
+        """Carry out the instant actions of a message; a malformed message is logged."""
         try:
             actions = json.loads(message.payload)["actions"]
             states = [action_state(action) for action in actions]
@@ -124,7 +124,7 @@ class Publisher:
         content = state_of(observer.state, self._robot.problem, observer.report, self._actions)
         now = time.monotonic()
         with self._lock:
-            if content == self._sent_state and now - self._sent_at < MOST_SILENCE:
+            if content == self._sent_state and now - self._sent_at < MAX_STATE_PERIOD:
                 return
             self._sent_state, self._sent_at = content, now
         self._publish("state", content)
@@ -136,13 +136,13 @@ class Publisher:
         *,
         qos: int = 0,
         retain: bool = False,
-        patience: float | None = None,
+        timeout: float | None = None,
     ) -> None:
-        """Publish a message; `patience` is how long to wait until it has left [s]."""
+        """Publish a message; `timeout` is how long to wait until it has left [s]."""
         text = json.dumps(self._sender.message(name, content, time.time()), allow_nan=False)
         published = self._client.publish(self._sender.topic(name), text, qos, retain)
-        if patience is not None:
-            published.wait_for_publish(patience)
+        if timeout is not None:
+            published.wait_for_publish(timeout)
 
 
 def _client(url: str) -> tuple[Client, str, int]:

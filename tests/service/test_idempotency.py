@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from pydantic import BaseModel
 
 from omnimate.service.calls import (
-    LONGEST_KEY,
+    MAX_KEY_LENGTH,
     Answer,
     act_once,
     digest_of,
@@ -69,7 +69,7 @@ def test_a_request_that_failed_may_be_sent_again_with_its_key(database):
 
 @given(key=st.text(min_size=1, max_size=600))
 def test_every_key_fits_into_the_table_and_equal_keys_stay_equal(key):
-    assert 0 < len(storable_key(key)) <= LONGEST_KEY
+    assert 0 < len(storable_key(key)) <= MAX_KEY_LENGTH
     assert storable_key(key) == storable_key(key)
 
 

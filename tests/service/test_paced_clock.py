@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.service.robot import connection as paced_clock
-from omnimate.service.robot.connection import LARGEST_DELAY, PacedClock
+from omnimate.service.robot.connection import MAX_DELAY, PacedClock
 
 PERIOD = 0.015
 
@@ -41,6 +41,6 @@ def test_a_change_of_pace_does_not_move_the_syncs_before_it(now):
 
 def test_a_long_delay_is_not_caught_up_with(now):
     clock = PacedClock(PERIOD, 0.0)
-    now["now"] += LARGEST_DELAY + 1.0
-    assert clock.due() < -LARGEST_DELAY
+    now["now"] += MAX_DELAY + 1.0
+    assert clock.due() < -MAX_DELAY
     assert clock.due() == pytest.approx(0.0)

@@ -9,7 +9,7 @@ from omnimate.service.errors import NotFoundError, StateError
 from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
 from omnimate.service.jobs.queue import (
     ENDED_STATES,
-    MOST_ATTEMPTS,
+    MAX_ATTEMPTS,
     Job,
     add_job,
     cancel_job,
@@ -50,7 +50,7 @@ def test_a_job_needs_recordings_that_are_there(empty):
 def test_a_job_that_died_is_tried_again_and_then_fails_with_its_reason(empty):
     with empty.writing() as db:
         job_id = add_job(db, ["rec"]).id
-    for attempt in range(1, MOST_ATTEMPTS + 1):
+    for attempt in range(1, MAX_ATTEMPTS + 1):
         with empty.writing() as db:
             assert claim_job(db, "this") == job_id
             finish_job(job_of(db, job_id, "this"), {"died": "its process ended with code -9"})
@@ -132,7 +132,7 @@ class Queue(RuleBasedStateMachine):
             views = [Job.of(row) for row in rows]
         assert {view.id for view in views if view.state == "running"} == set(self.claimed)
         for view in views:
-            assert view.attempts <= MOST_ATTEMPTS
+            assert view.attempts <= MAX_ATTEMPTS
             assert (view.error is not None) == (view.state == "failed")
             assert self.ended.setdefault(view.id, view.state) == view.state or view.id not in self.ended
             if view.state not in ENDED_STATES:

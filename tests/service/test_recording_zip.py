@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.service.errors import InvalidValueError, MediaTypeError, ServiceError, TooLargeError
-from omnimate.service.recording_zip import MOST_FILES, pack, unpack
+from omnimate.service.recording_zip import MAX_FILES, pack, unpack
 from omnimate.service.store.recording_process import read_in_process
 from omnimate.service.store.recordings import RecordingStore
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -77,7 +77,7 @@ def test_a_zip_that_is_no_recording_is_refused_with_its_message(database, case, 
 
 
 def test_too_many_files_are_refused(tmp_path):
-    members = [(f"{number}.txt", b"x") for number in range(MOST_FILES + 1)]
+    members = [(f"{number}.txt", b"x") for number in range(MAX_FILES + 1)]
     with pytest.raises(TooLargeError, match=r"65 files; send 64 at most"):
         unpack(zipped(members), tmp_path, LIMIT)
 
@@ -116,7 +116,7 @@ def test_a_recording_that_takes_too_long_is_refused(recording, tmp_path):
     (tmp_path / "vehicle.toml").write_bytes((recording / "vehicle.toml").read_bytes())
     os.mkfifo(tmp_path / "can.log")  # whoever reads it waits for ever
     with pytest.raises(TooLargeError, match="was not read within 0 s"):
-        read_in_process(tmp_path.parent, tmp_path, patience=0.0)
+        read_in_process(tmp_path.parent, tmp_path, timeout=0.0)
 
 
 def test_a_link_in_a_zip_leads_nowhere(tmp_path):
