@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Literal
 from sqlalchemy import select
 
 from omnimate.service.errors import AuthenticationError
-from omnimate.service.store.rows import find_row
-from omnimate.service.store.tables import KeyRow
+from omnimate.service.store.tables import KeyRow, find_row
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,8 +10,7 @@ from omnimate.service.fleets.findings import note_findings
 from omnimate.service.fleets.models import Batch, BatchStart
 from omnimate.service.jobs.process import running
 from omnimate.service.jobs.queue import find_job, queue_job
-from omnimate.service.store.rows import find_row
-from omnimate.service.store.tables import FleetRow
+from omnimate.service.store.tables import FleetRow, find_row
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -16,8 +16,7 @@ from sqlalchemy import select
 from omnimate.fleet.report import MIN_SEPARATION, describe_change, describe_place
 from omnimate.service.fleets.models import Finding
 from omnimate.service.fleets.webhooks import queue_message
-from omnimate.service.store.rows import find_row
-from omnimate.service.store.tables import FindingRow, FleetRow
+from omnimate.service.store.tables import FindingRow, FleetRow, find_row
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -14,8 +14,7 @@ from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.errors import StateError
 from omnimate.service.jobs.queue import DiagnosisStart, Job, add_job, cancel_job, find_job
 from omnimate.service.routes.common import ALWAYS, After, Limit, Page
-from omnimate.service.store.rows import read_page
-from omnimate.service.store.tables import JobRow
+from omnimate.service.store.tables import JobRow, read_page
 from omnimate.service.umbmark.models import Id
 
 router = APIRouter(prefix="/v1/diagnoses", tags=["diagnoses"], responses=ALWAYS)

@@ -37,8 +37,7 @@ from omnimate.service.fleets.results import (
 from omnimate.service.routes.common import ALWAYS, Limit, Page
 from omnimate.service.routes.diagnoses import REPORT_HEADERS
 from omnimate.service.routes.fleets import PREFIX, FleetName
-from omnimate.service.store.rows import find_row
-from omnimate.service.store.tables import FleetRow
+from omnimate.service.store.tables import FleetRow, find_row
 
 router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
 ReportDay = Annotated[

@@ -18,8 +18,7 @@ from omnimate.service.fleets.webhooks import (
 )
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.routes.fleets import PREFIX, FleetName
-from omnimate.service.store.rows import find_row, read_page
-from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow
+from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow, find_row, read_page
 from omnimate.service.umbmark.models import Id
 
 router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)

@@ -20,8 +20,7 @@ from omnimate.service.fleets.upload import store_day
 from omnimate.service.jobs.queue import cancel_job, find_job
 from omnimate.service.routes.common import ALWAYS, Limit, Page
 from omnimate.service.routes.recordings import BINARY, Zip
-from omnimate.service.store.rows import find_row, read_page
-from omnimate.service.store.tables import FleetRow, JobRow
+from omnimate.service.store.tables import FleetRow, JobRow, find_row, read_page
 from omnimate.service.umbmark.models import Id
 
 PREFIX = "/v1/fleets"

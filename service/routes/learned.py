@@ -17,8 +17,7 @@ from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_versi
 from omnimate.service.routes.recordings import RecordingId
 from omnimate.service.routes.vehicles import Vehicle, vehicle_view
 from omnimate.service.store import vehicles
-from omnimate.service.store.rows import find_row
-from omnimate.service.store.tables import RecordingRow
+from omnimate.service.store.tables import RecordingRow, find_row
 from omnimate.service.umbmark.models import Advice, RowModel
 
 if TYPE_CHECKING:

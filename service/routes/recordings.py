@@ -14,8 +14,7 @@ from sqlalchemy.orm import Session as Db
 from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.errors import MediaTypeError
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
-from omnimate.service.store.rows import find_row, read_page
-from omnimate.service.store.tables import RecordingFileRow, RecordingRow
+from omnimate.service.store.tables import RecordingFileRow, RecordingRow, find_row, read_page
 from omnimate.service.umbmark.models import Id, Name, RowModel
 
 router = APIRouter(prefix="/v1/recordings", tags=["recordings"], responses=ALWAYS)

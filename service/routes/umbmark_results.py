@@ -14,8 +14,7 @@ from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
 from omnimate.service.routes.umbmark_sessions import PREFIX, SessionId
-from omnimate.service.store.rows import find_row
-from omnimate.service.store.tables import SampleRow, SessionRow
+from omnimate.service.store.tables import SampleRow, SessionRow, find_row
 from omnimate.service.umbmark.models import Accept, Result, Session, Solve
 from omnimate.service.umbmark.sessions import (
     accept_result,

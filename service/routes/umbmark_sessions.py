@@ -15,8 +15,7 @@ from omnimate.service.errors import InvalidValueError
 from omnimate.service.problems import documented
 from omnimate.service.robot.reservation import DriveOrder
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
-from omnimate.service.store.rows import find_row, read_page
-from omnimate.service.store.tables import RecordingRow, SampleRow, SessionRow
+from omnimate.service.store.tables import RecordingRow, SampleRow, SessionRow, find_row, read_page
 from omnimate.service.umbmark.models import (
     Id,
     Sample,

@@ -11,8 +11,7 @@ from sqlalchemy import func, select
 from omnimate.calib.apply import corrected_vehicle
 from omnimate.service.errors import ExpiredError, ModifiedError, StateError
 from omnimate.service.store import vehicles
-from omnimate.service.store.rows import find_row
-from omnimate.service.store.tables import SampleRow, SessionRow
+from omnimate.service.store.tables import SampleRow, SessionRow, find_row
 from omnimate.service.umbmark.models import Counts, Result, Session
 from omnimate.vehicle.parameters import Truck
 

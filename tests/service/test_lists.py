@@ -3,8 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.service.store.rows import read_page
-from omnimate.service.store.tables import JobRow
+from omnimate.service.store.tables import JobRow, read_page
 
 
 def job(number, created, state="done"):

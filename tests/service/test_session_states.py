@@ -10,8 +10,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 from omnimate.service.errors import ExpiredError, OmnimateError, StateError
 from omnimate.service.store import vehicles
-from omnimate.service.store.rows import find_row
-from omnimate.service.store.tables import SessionRow
+from omnimate.service.store.tables import SessionRow, find_row
 from omnimate.service.umbmark.models import Call, Coordinates, SampleOfFixes, SessionStart, State
 from omnimate.service.umbmark.result import make_result
 from omnimate.service.umbmark.samples import add_measured_sample, remove_sample
