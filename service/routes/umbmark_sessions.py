@@ -1,4 +1,4 @@
-"""UMBmark sessions and their runs over REST: started, listed, resumed, aborted; added and removed."""
+"""UMBmark sessions over REST: started, listed, resumed, aborted; and their runs: added, removed."""
 
 from __future__ import annotations
 

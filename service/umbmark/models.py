@@ -29,7 +29,7 @@ NAME_PATTERN = r"^[^\x00-\x1f/\\]{1,100}$"
 Name = Annotated[str, Field(min_length=1, max_length=100, pattern=NAME_PATTERN)]
 FiniteOrNull = Annotated[
     float | None, BeforeValidator(lambda value: value if value is not None and math.isfinite(value) else None)
-]  # of a number, which may be nan
+]  # nan becomes null
 Id = Annotated[str, Field(min_length=1, max_length=32, pattern=r"^[0-9a-z]+$")]
 
 
@@ -44,7 +44,7 @@ class RowModel(BaseModel):
 
     @classmethod
     def of(cls, row: object, **others: object) -> Self:
-        """Return the answer that shows a row; `others` are the fields that the row has not, or otherwise."""
+        """Return the answer that shows a row; `others` are fields that it lacks, or that differ."""
         if not others:
             return cls.model_validate(row, from_attributes=True)
         shown = {name: getattr(row, name) for name in cls.model_fields if hasattr(row, name)}
@@ -177,7 +177,7 @@ class ReturnError(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _of_array(cls, pose: Any) -> Any:  # noqa: ANN401  # of an array `(3,)`, too
+    def _of_array(cls, pose: Any) -> Any:  # noqa: ANN401  # an array `(3,)`, or what pydantic takes
         return dict(zip("xy", pose[:2], strict=True), theta=pose[2]) if isinstance(pose, np.ndarray) else pose
 
 
