@@ -1,4 +1,4 @@
-"""What is wrong with a request's values, in this service's words and not in those of pydantic."""
+"""Descriptions of a request's wrong values, in the terms of this service instead of pydantic's."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ ANSWERS_KEPT = 86400.0  # [s] in which a request with an Idempotency-Key may be 
 
 
 def expire_sessions_and_requeue_jobs(database: Database) -> list[str]:
-    """Do all of it once; return the ids of the sessions that were interrupted."""
+    """Expire sessions, queue jobs of dead services again; return the ids of interrupted sessions."""
     now = time.time()
     _give_back_orphans(database, now)
     with database.writing() as db:

@@ -1,4 +1,4 @@
-"""What the robot's thread reports about a session, written to the database."""
+"""The reports of the robot's thread about a session, written to the database."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What several routes share: pages of lists, conditions, and problems that every call may answer."""
+"""Parts of several routes: pages of lists, conditions, and problems that every call may answer."""
 
 from __future__ import annotations
 

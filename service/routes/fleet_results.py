@@ -44,7 +44,7 @@ ReportDay = Annotated[
     str, PathParameter(pattern=f"{DAY_PATTERN}|^{LATEST}$", description="Date of the report, or `latest`.")
 ]
 RobotName = Annotated[PlainName, PathParameter(description="The name of the robot.")]
-Robots = Annotated[int, Query(ge=1, le=2000, description="The largest number of items of the page.")]
+RobotLimit = Annotated[int, Query(ge=1, le=2000, description="The largest number of items of the page.")]
 
 
 @router.get("/{fleet}/nights", operation_id="listNights")
@@ -82,7 +82,7 @@ def list_robots(
     fleet: FleetName,
     call: Reading,
     state: State | None = None,
-    limit: Robots = 200,
+    limit: RobotLimit = 200,
     after: PlainName | None = None,
 ) -> Page[FleetRobot]:
     """Return the robots as of the latest report, in the order of their names."""

@@ -20,9 +20,9 @@ ACTIONS = ("factsheetRequest", "stateRequest")  # of the standard, that this int
 LOW_VOLTAGE, LOW_VOLTAGE_MASK = (0x3120, 0x3220), 0xFFF0
 GOOD, BAD = 80.0, 20.0  # [%] of charge that VDA 5050 has for robots that know these two levels alone
 UNKNOWN = (
-    "batteryState is what the drives tell: 20 % after a low voltage, 80 % otherwise; whether it is charging "
-    "is not known. safetyState is what the drives tell: eStop where one was stopped from outside; protective "
-    "fields, and an eStop of which no drive tells, are not known"
+    "batteryState is what the drives report: 20 % after a low voltage, 80 % otherwise; whether it is "
+    "charging is not known. safetyState is what the drives report: eStop where one was stopped from outside; "
+    "protective fields, and an eStop that no drive reports, are not known"
 )
 ConnectionState = Literal["ONLINE", "OFFLINE", "CONNECTIONBROKEN"]
 
