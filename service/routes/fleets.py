@@ -10,7 +10,6 @@ from fastapi import Path as PathParameter
 from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
 
-from omnimate.fleet.batch.files import open_files
 from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.errors import StateError
 from omnimate.service.fleets.batches import add_batch, batch_view
@@ -74,7 +73,7 @@ def upload(fleet: FleetName, call: Operating, content: Zip) -> Response:
     def store() -> Upload:
         with call.components.database.reading() as db:
             find_row(db, FleetRow, fleet)
-        files = open_files(call.components.stores.store(fleet))
+        files = call.components.stores.recordings_of(fleet)
         return store_day(files, content, call.components.settings.unpacked)
 
     return call.compute_and_change(content, store, lambda _db, stored: Answer(stored, 201))

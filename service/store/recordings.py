@@ -134,6 +134,10 @@ class FleetStores:
         """Return the folder or URL of a fleet's results."""
         return f"{self.store(fleet)}/results"
 
+    def recordings_of(self, fleet: str) -> Files:
+        """Return the files of a fleet's recordings."""
+        return open_files(self.store(fleet))
+
     def results_of(self, fleet: str) -> Files:
         """Return the files of a fleet's results."""
         return open_files(self.results(fleet))
