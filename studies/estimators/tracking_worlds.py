@@ -73,12 +73,12 @@ def drives_of(world: str, folder: Path, seed: int = SEED) -> Drives:
     """Yield name and recording of each drive of two trucks of a world.
 
     Args:
-        world: `made`, a name of `WORLDS`, or a folder of recordings with `labels.json`.
+        world: `made`, `common`, a name of `WORLDS`, or a folder of recordings with `labels.json`.
         folder: Folder that keeps what is written.
         seed: Seed of all that is drawn.
     """
-    if world == "made":
-        yield from made(seed)
+    if world in SIMULATED:
+        yield from simulated(SIMULATED[world](), seed)
     elif world in WORLDS:
         yield from _written(WORLDS[world], folder / f"{world}-{seed}", seed)
     else:
@@ -166,14 +166,30 @@ WORLDS = {
 }
 
 
-def made(seed: int) -> Drives:
-    """Yield the cases of the project's own simulator: a single thing is wrong, all else scatters as usual."""
-    for number, (what, truth) in enumerate(_truths().items()):
+def simulated(truths: dict[str, Truth], seed: int) -> Drives:
+    """Yield cases of the project's own simulator; floor and encoders of each scatter as usual."""
+    for number, (what, truth) in enumerate(truths.items()):
         recording = _drive(replace(truth, seed=seed + number))
         yield what, _jittered(recording, seed) if what == "joint noise 0.3 degrees" else recording
 
 
+def _common_errors() -> dict[str, Truth]:
+    """Return errors that both trucks have alike, and a wheel that is far out of round."""
+    pairs = [bump for wheel in ("a.right", "b.right") for bump in bumps_under(wheel, 10, 1.0, 15.0)]
+    alternating = bumps_under("a.left", 10, 1.0, 15.0) + bumps_under("b.right", 10, 1.7, 15.7)
+    right_larger = with_errors(ROBOT, {}, {"a": 1.003, "b": 1.003})
+    plain = Truth(ROBOT, floor=Floor())
+    slipping = LateralSlip("a", 0.02), LateralSlip("b", 0.02)
+    return {
+        "right wheels +0.3 %, bumps": Truth(right_larger, floor=Floor(bumps=alternating)),
+        "right wheels over bumps at once": replace(plain, floor=Floor(bumps=tuple(pairs))),
+        "lateral slip of both 20 ms": replace(plain, effects=slipping),
+        "eccentric wheel 0.8 mm": replace(plain, effects=(WheelEccentricity("b.left", 8e-4, 0.3),)),
+    }
+
+
 def _truths() -> dict[str, Truth]:
+    """Return a robot each with a single thing wrong."""
     inside = bumps_under("a.left", 20, 1.0, 16.0, height=0.009)
     both = bumps_under("a.left", 10, 1.0, 15.0) + bumps_under("b.right", 10, 1.0, 15.0)
     plain = Truth(ROBOT, floor=Floor())
@@ -206,6 +222,9 @@ def _truths() -> dict[str, Truth]:
         "traction slip": acting(TractionSlip("a", 0.1)),
         "sideways pushes of 10 mm": acting(_pushes()),
     }
+
+
+SIMULATED = {"made": _truths, "common": _common_errors}
 
 
 def _pushes() -> Law:
