@@ -44,8 +44,7 @@ class Hypothesis:
 
 
 # [rad], [m] Largest standard deviation of a Gauss-Markov error: a loose joint, 0.9 degrees (assumption); 3
-# mm, C 6 for its linear encoder. The smallest is a 25th of it, a tenth of a step of a rotary encoder of 1024
-# steps; smaller errors are below the noise of the floor.
+# mm, C 6 for its linear encoder. The smaller one is a fifth of it; a 25th of it changes no estimate.
 MAX_READING_ERRORS = (math.radians(0.9), math.radians(0.9), 0.003, math.radians(0.9), math.radians(0.9))
 # [rad], [m] Eccentricity: a disc of 50 mm off centre by 0.4 mm; a pivot by 10 mm, the error of a tape
 # measure.
@@ -65,7 +64,7 @@ HYPOTHESES = (
     Hypothesis(),
     *(
         Hypothesis(reading, (MAX_READING_ERRORS[reading] / 5.0**scale, 0.0), alike)
-        for reading, scale, alike in itertools.product(range(ENCODERS), range(3), (1.0, 4.0))
+        for reading, scale, alike in itertools.product(range(ENCODERS), range(2), (1.0, 4.0))
     ),
     *(
         Hypothesis(reading, (MAX_ECCENTRICITIES[reading], MAX_ECCENTRICITIES[reading]), form=OFF_CENTRE)
@@ -82,7 +81,7 @@ HYPOTHESES = (
     *(Hypothesis(wheels, (MAX_DELAY, MAX_SLIP), form=LATE) for wheels in range(TRUCKS, len(READINGS))),
     *(Hypothesis(wheel, (MAX_RADIUS_CHANGE, 0.0), 4.0) for wheel in range(ENCODERS, len(READINGS))),
     *(Hypothesis(truck, (MAX_SLOPE_CREEP, MAX_SLOPE_CREEP), form=SLOPE) for truck in range(TRUCKS, ENCODERS)),
-    *(Hypothesis(2, (MAX_PUSH_CREEP / 5.0**scale, MAX_PUSH_DIFFERENCE), 1.0, PUSH) for scale in range(3)),
+    *(Hypothesis(2, (MAX_PUSH_CREEP / 5.0**scale, MAX_PUSH_DIFFERENCE), 1.0, PUSH) for scale in range(2)),
 )
 """No error, or one erroneous reading. Correlation lengths of 1 and 4 link lengths: a motion of the
 linkage, and to a side of the papers' squares and laps."""
