@@ -32,7 +32,7 @@ from omnimate.mismatch.diagnosis import (
 )
 from omnimate.mismatch.evidence.search import FULLY_JUDGED, NAMELESS_MARGIN, ranked_candidates
 from omnimate.mismatch.heldout import HELD, METRIC, held_out, nominal_of, size
-from omnimate.mismatch.noise.levels import usual_levels
+from omnimate.mismatch.noise.levels import nominal_levels
 from omnimate.mismatch.scans.nonlinear import spreads
 
 if TYPE_CHECKING:
@@ -332,7 +332,7 @@ def _fit(fit: Fitted, residuals: HeldOut) -> Fit:
         (float(gain.sum()), spread),
         rerun(regression, residuals, fit.mounted),
         regression.noise.named(),
-        usual_levels(regression.windows).named(),
+        nominal_levels(regression.windows).named(),
     )
 
 

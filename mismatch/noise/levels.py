@@ -1,9 +1,8 @@
-"""The noise levels of a recording, estimated from itself: files state none.
+"""Noise levels of a recording, estimated from the recording itself: its files state none.
 
 Restricted maximum likelihood over the levels, with the smooth effects of the library integrated out, so
-that physics left out is not taken for noise, nor noise for physics. A priori each level is known within a
-factor, from robots that work; the factors are wide, and only keep a level that the recording says nothing
-about in bounds.
+that missing physics is not taken for noise, nor noise for physics. A wide prior about the levels of nominal
+robots bounds those that the recording does not identify.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import minimize
 
-from omnimate.mismatch.noise.whitening import adjoint, gains_of, whiten, whiten_travel
+from omnimate.mismatch.noise.whitening import adjoint, gains_of, whiten
 from omnimate.mismatch.recording.signals import START_ROUGHNESS
 
 if TYPE_CHECKING:
@@ -26,16 +25,17 @@ if TYPE_CHECKING:
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
 
-LOOSE = 0.3  # [m, rad] of the first poses, before anything is measured
-# A level is known a priori within a factor of exp(1.2) = 3.3; what a file states of its poses, within 2.
-_FREEDOM = np.array([1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 0.7, 0.7, 1.2])
-# Beyond these no level is looked for [log]: no floor or sensor in use is three times better than an ordinary
-# one, and what is fifty times worse is a fault.
-_LEAST, _MOST = math.log(3.0), math.log(50.0)
-WAVES = (0.05, 0.15)  # [m] lengths of the floor's waves: from joints of tiles to a wheel's length of contact
-FINE, ROUGH = 1e-5, 5e-3  # part of the log likelihood by which a turn must raise it, or the search ends
-_CHUNK = 48  # columns that go through a filter together
-_TIDE = 1e-7  # [m^2, rad^2] per window: what the model's linearity may miss
+START_SIGMA = 0.3  # [m, rad] standard deviation of the first poses, before anything is measured
+# [1] prior standard deviations of the logarithms of the levels, in the order of `NoiseLevels`: a factor of
+# exp(1.2) = 3.3, and of exp(0.7) = 2 about what a file states of its poses. Assumed, not estimated.
+LOG_LEVEL_SIGMA = np.array([1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 0.7, 0.7, 1.2])
+# [1] largest factors below and above the nominal level: no floor or sensor in use is three times better than
+# a nominal one, and one that is fifty times worse is faulty.
+MAX_BELOW, MAX_ABOVE = math.log(3.0), math.log(50.0)
+WAVES = (0.05, 0.15)  # [m] correlation lengths of the floor: a wheel's contact length, and joints of tiles
+FINE, ROUGH = 1e-5, 5e-3  # [1] relative rise of the log likelihood below which the search ends
+_CHUNK = 48  # columns that go through a filter together: those of late events then skip its beginning
+LINEARISATION_NOISE = 1e-7  # [m, rad] standard deviation per window of what the linear model omits
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,16 +43,16 @@ class NoiseLevels:
     """Standard deviations.
 
     Attributes:
-        roughness: of a wheel's travel, from window to window [m/sqrt(m)].
-        waviness: likewise, of what is alike along a correlation length [m/sqrt(m)].
-        wave: correlation length of the floor's waves [m].
-        creep: of a truck's sideways motion [m/sqrt(m)].
-        joint_a: of a reading, beyond its resolution [rad].
-        joint_b: likewise [rad].
-        link: likewise [m].
-        position: factor on the stated sigma of measured positions.
-        heading: factor on the stated sigma of measured headings.
-        sway: of a truck on its tyres while it rolls, at each wheel and sideways [m/sqrt(s)].
+        roughness: Of a wheel's travel, independent from window to window [m/sqrt(m)].
+        waviness: Of a wheel's travel, correlated along the floor [m/sqrt(m)].
+        wave: Correlation length of the floor's waves [m].
+        creep: Of a truck's sideways motion [m/sqrt(m)].
+        joint_a: Of a reading, in addition to its resolution [rad].
+        joint_b: Likewise [rad].
+        link: Likewise [m].
+        position: Factor on the stated sigma of measured positions.
+        heading: Factor on the stated sigma of measured headings.
+        sway: Of a truck on its tyres while it rolls, at each wheel and sideways [m/sqrt(s)].
     """
 
     roughness: float = START_ROUGHNESS
@@ -83,13 +83,13 @@ DEFAULT_LEVELS = NoiseLevels()
 
 @dataclass(frozen=True, slots=True)
 class Filter:
-    """One recording's filter at given levels of noise.
+    """Kalman filter of one recording at given noise levels.
 
     Attributes:
-        windows: the linear model.
-        transition: (M, n, n) with the floor's waves in it.
-        gains: (M + 1, R, n).
-        spread: (M + 1, R) variances of the innovations; nan where nothing was measured.
+        windows: The linear model.
+        transition: With the decay of the floor's waves, `(M, n, n)`.
+        gains: Of each measurement, `(M + 1, R, n)`.
+        spread: Variances of the innovations; nan where nothing was measured, `(M + 1, R)`.
     """
 
     windows: Windows
@@ -114,97 +114,84 @@ class Filter:
             self.spread,
         )
 
-    def whiten_travel(self, wheel: int, ways: Array) -> Array:
-        """Return the whitened innovations (V, C) of columns of ways (M, C) that a wheel gains [m]."""
-        windows = self.windows
-        white = [
-            whiten_travel(
-                self.transition,
-                windows.links,
-                -windows.lever[:, wheel, : windows.drift.shape[1]],
-                np.ascontiguousarray(some),
-                windows.observe,
-                self.gains,
-                self.spread,
-            )
-            for some in np.split(ways, range(_CHUNK, ways.shape[1], _CHUNK), axis=1)
-        ]
-        return np.hstack(white)
+    def whiten_travel(self, wheel: int, travel: Array) -> Array:
+        """Return the whitened innovations (V, C) of additional travel (M, C) of a wheel [m]."""
+        lever = -self.windows.lever[:, wheel, : self.windows.drift.shape[1], None]
+        measured = np.zeros((*self.windows.measured.shape, _CHUNK))
+        parts = np.split(travel, range(_CHUNK, travel.shape[1], _CHUNK), axis=1)
+        return np.hstack(
+            [self.whiten(lever * part[:, None], measured[..., : part.shape[1]]) for part in parts]
+        )
 
 
 def filter_of(windows: Windows, noise: NoiseLevels) -> Filter:
-    """Return one recording's filter at given levels of noise."""
-    transition, start = windows.transition.copy(), start_of(windows)
-    waves = _waves(windows)
-    kept, mean = _wave(windows, noise.wave)
-    transition[:, waves, waves] = kept
-    start[waves, waves] = noise.waviness**2 * mean.max(axis=0)
-    gains, spread = gains_of(
-        transition,
-        windows.links,
-        _process(windows, noise, kept, mean),
-        windows.observe,
-        variance_of(windows, noise),
-        start,
-    )
+    """Return the Kalman filter of one recording at given noise levels."""
+    transition, start = windows.transition.copy(), _start_covariance(windows)
+    waves = _wave_states(windows)
+    decay, mean_square = _wave_moments(windows, noise.wave)
+    transition[:, waves, waves] = decay
+    start[waves, waves] = noise.waviness**2 * mean_square.max(axis=0)
+    process = _process_covariance(windows, noise)
+    variance = variance_of(windows, noise)
+    gains, spread = gains_of(transition, windows.links, process, windows.observe, variance, start)
     return Filter(windows, transition, gains, spread)
 
 
-def _process(windows: Windows, noise: NoiseLevels, kept: Array, mean: Array) -> Array:
-    """Return the process covariances (M, n, n)."""
+def _process_covariance(windows: Windows, noise: NoiseLevels) -> Array:
+    """Return the process covariance of each window, `(M, n, n)`."""
+    poses, waves = windows.floor.shape[1], _wave_states(windows)
+    decay, mean_square = _wave_moments(windows, noise.wave)
     process = windows.rounding.copy()
-    poses = windows.floor.shape[1]
     process[:, :poses, :poses] += noise.roughness**2 * windows.floor + noise.creep**2 * windows.creep
     process[:, :poses, :poses] += noise.sway**2 * windows.sway
     moving = windows.rolled.sum(axis=1) > 0.0
-    process[:, range(poses), range(poses)] += (_TIDE**2) * moving[:, None]
-    waves = _waves(windows)
-    process[:, waves, waves] = noise.waviness**2 * mean * (1.0 - kept**2)
+    process[:, range(poses), range(poses)] += LINEARISATION_NOISE**2 * moving[:, None]
+    process[:, waves, waves] = noise.waviness**2 * mean_square * (1.0 - decay**2)
     return np.asarray(process)
 
 
-def _waves(windows: Windows) -> NDArray[np.int64]:
-    """Return the numbers of the states that are the floor's waves."""
+def _wave_states(windows: Windows) -> NDArray[np.int64]:
+    """Return the numbers of the states that are the floor's waves, `(W,)`."""
     states = windows.transition.shape[1]
     return np.arange(states - windows.rolled.shape[1], states)
 
 
-def _wave(windows: Windows, length: float) -> tuple[Array, Array]:
-    """Return which part (M, W) of a wave is kept in each window, and its mean square in it.
+def _wave_moments(windows: Windows, length: float) -> tuple[Array, Array]:
+    """Return the decay (M, W) of the floor's waves in each window, and the mean square of their mean in it.
 
-    The latter is of an Ornstein-Uhlenbeck process' mean over the window's way, of unit long-run size.
+    They are Ornstein-Uhlenbeck processes along each wheel's travel, of unit variance per metre.
+
+    Args:
+        windows: Linear model of the recording.
+        length: Correlation length [m].
     """
     ratio = windows.rolled / length
-    kept = np.exp(-ratio)
-    mean = np.where(ratio > 1e-3, (ratio - 1.0 + kept) / np.maximum(ratio, 1e-3) ** 2, 0.5) / length
-    return kept, mean
+    decay = np.exp(-ratio)
+    mean_square = np.where(ratio > 1e-3, (ratio - 1.0 + decay) / np.maximum(ratio, 1e-3) ** 2, 0.5) / length
+    return decay, mean_square
 
 
 def variance_of(windows: Windows, noise: NoiseLevels) -> Array:
     """Return the variances (M + 1, R) of what was measured; nan where nothing was."""
     variance = np.empty(windows.measured.shape)
-    own = windows.linkage
-    if own:
+    linkage = windows.linkage
+    if linkage:
         variance[:, :3] = np.array([noise.joint_a, noise.joint_b, noise.link]) ** 2 + windows.stated[:, :3]
     factors = np.tile([noise.position, noise.position, noise.heading], len(windows.signals.trucks))
-    variance[:, own:] = windows.stated[:, own:] * factors**2
+    variance[:, linkage:] = windows.stated[:, linkage:] * factors**2
     return np.where(np.isfinite(windows.measured), variance, np.nan)
 
 
-def start_of(windows: Windows) -> Array:
-    """Return the covariance of the first state: without poses truck a stands where we say."""
-    signals = windows.signals
-    states = windows.transition.shape[1]
+def _start_covariance(windows: Windows) -> Array:
+    """Return the covariance (n, n) of the first state; without poses truck a defines the origin."""
+    signals, vehicle = windows.signals, windows.signals.recording.vehicle
+    variance = np.zeros(windows.transition.shape[1])
     trucks = 3 * len(signals.trucks)
-    start = np.zeros((states, states))
-    first = 0 if signals.poses is not None else 3
-    start[range(first, trucks), range(first, trucks)] = LOOSE**2
-    linkage = range(trucks, trucks + windows.linkage)
-    start[linkage, linkage] = signals.resolution**2 / 12.0
-    vehicle = signals.recording.vehicle
-    wheels = range(trucks + windows.linkage, trucks + windows.linkage + len(vehicle.wheels))
-    start[wheels, wheels] = [vehicle.metres_per_count(wheel) ** 2 / 12.0 for wheel in vehicle.wheels]
-    return start
+    variance[0 if signals.poses is not None else 3 : trucks] = START_SIGMA**2
+    counts = [vehicle.metres_per_count(wheel) for wheel in vehicle.wheels]
+    rounded = np.concatenate([signals.resolution, counts]) ** 2 / 12.0
+    variance[trucks : trucks + len(rounded)] = rounded
+    return np.diag(variance)
 
 
 def estimate_noise(
@@ -214,86 +201,83 @@ def estimate_noise(
     waves: Sequence[float] = WAVES,
     tolerance: float = FINE,
 ) -> NoiseLevels:
-    """Return the levels that make recordings likeliest, with all columns but the first as nuisances.
+    """Return the levels of maximum posterior density, with all columns but the first as nuisances.
 
-    The likelihood's derivatives are exact: the disturbance smoother gives them in one pass.
+    The derivatives of the likelihood are exact: the disturbance smoother gives them in one pass.
 
     Args:
-        windows: Of each recording.
+        windows: Linear model of each recording.
         columns: Of each recording inputs (M, 3 T, C) and measurements (M + 1, R, C): the data, then the
             nuisances in units of their scale.
-        start: From which to look; robots that work by default.
-        waves: Lengths of the floor's waves that are tried [m].
-        tolerance: Part of the log likelihood by which a turn of the search must raise it.
+        start: Where the search begins; by default at the nominal levels.
+        waves: Correlation lengths of the floor's waves to try [m].
+        tolerance: Relative rise of the log likelihood below which the search ends.
     """
-    centre = usual_levels(windows)
-    guess = centre if start is None else start
-    best, lowest = guess, math.inf
-    for wave in waves:
-        levels, cost = _likeliest(windows, columns, replace(guess, wave=wave), centre, tolerance)
-        if cost < lowest:
-            best, lowest = levels, cost
-    return best
+    nominal = nominal_levels(windows)
+    guess = nominal if start is None else start
+    candidates = [
+        _maximise_posterior(windows, columns, replace(guess, wave=wave), nominal, tolerance) for wave in waves
+    ]
+    return min(candidates, key=lambda candidate: candidate[1])[0]
 
 
-def _likeliest(
+def _maximise_posterior(
     windows: Sequence[Windows],
     columns: Sequence[tuple[Array, Array]],
     guess: NoiseLevels,
-    centre: NoiseLevels,
+    nominal: NoiseLevels,
     tolerance: float,
 ) -> tuple[NoiseLevels, float]:
-    """Return the likeliest levels at one length of waves, and minus their log posterior."""
-    active = np.array(_active(windows))
-    middle, fixed = centre.levels()[active], guess.levels()
+    """Return the levels of maximum posterior density at the guess's wave length, and minus its logarithm."""
+    active = _identifiable(windows)
+    centre, fixed = nominal.levels()[active], guess.levels()
 
-    def at(free: Array) -> NoiseLevels:
+    def at(logarithms: Array) -> NoiseLevels:
         levels = fixed.copy()
-        levels[active] = free
+        levels[active] = logarithms
         return NoiseLevels(*np.exp(levels).tolist())
 
-    def badness(free: Array) -> tuple[float, Array]:
-        cost, slope = _badness(windows, columns, at(free))
-        away = (free - middle) / _FREEDOM[active]
-        return cost + 0.5 * float(away @ away), slope[active] + away / _FREEDOM[active]
+    def cost_and_slope(logarithms: Array) -> tuple[float, Array]:
+        cost, slope = _negative_log_likelihood(windows, columns, at(logarithms))
+        deviation = (logarithms - centre) / LOG_LEVEL_SIGMA[active]
+        return cost + 0.5 * float(deviation @ deviation), slope[active] + deviation / LOG_LEVEL_SIGMA[active]
 
-    found = minimize(
-        badness,
-        np.clip(fixed[active], middle - _LEAST, middle + _MOST),
+    optimum = minimize(
+        cost_and_slope,
+        np.clip(fixed[active], centre - MAX_BELOW, centre + MAX_ABOVE),
         jac=True,
         method="L-BFGS-B",
-        bounds=[(level - _LEAST, level + _MOST) for level in middle],
+        bounds=[(level - MAX_BELOW, level + MAX_ABOVE) for level in centre],
         options={"maxiter": 20, "ftol": tolerance},
     )
-    return at(found.x), float(found.fun)
+    return at(optimum.x), float(optimum.fun)
 
 
-def _badness(
+def _negative_log_likelihood(
     windows: Sequence[Windows], columns: Sequence[tuple[Array, Array]], noise: NoiseLevels
 ) -> tuple[float, Array]:
     """Return minus the log likelihood, nuisances integrated out, and its slopes (10,) by the log levels.
 
-    Levels are then not too small where nuisances take many of few readings (Harville, JASA 1977).
+    Integrating them out keeps levels from being underestimated where nuisances fit a large part of few
+    readings (Harville, JASA 1977).
     """
-    runs = [filter_of(single, noise) for single in windows]
+    filters = [filter_of(model, noise) for model in windows]
+    whites = [run.whiten(*raw) for run, raw in zip(filters, columns, strict=True)]
     width = columns[0][0].shape[2]
     cost, gram = 0.0, np.zeros((width, width))
-    whites = []
-    for run, raw in zip(runs, columns, strict=True):
-        there = np.isfinite(run.spread)
-        cost += 0.5 * float(np.log(run.spread[there]).sum())
-        whites.append(run.whiten(*raw))
-        gram += whites[-1].T @ whites[-1]
+    for run, white in zip(filters, whites, strict=True):
+        cost += 0.5 * float(np.log(run.spread[np.isfinite(run.spread)]).sum())
+        gram += white.T @ white
     precision = gram[1:, 1:] + np.eye(width - 1)
     fitted = np.concatenate(([1.0], -np.linalg.solve(precision, gram[1:, 0])))
     cost += 0.5 * float(fitted @ gram @ fitted) + 0.5 * float(fitted[1:] @ fitted[1:])
     root = np.linalg.cholesky(precision)
     cost += float(np.log(np.diagonal(root)).sum())
-    apart = np.zeros((width, width))  # what is left of the data, and the nuisances with all that is not known
-    apart[:, 0], apart[1:, 1:] = fitted, np.linalg.inv(root).T
-    slope = np.zeros(len(_FREEDOM))
-    for run, white in zip(runs, whites, strict=True):
-        slope -= _slopes(run, noise, white @ apart)
+    mixing = np.zeros((width, width))  # to the residual, and to a root of the nuisances' posterior covariance
+    mixing[:, 0], mixing[1:, 1:] = fitted, np.linalg.inv(root).T
+    slope = np.zeros(len(LOG_LEVEL_SIGMA))
+    for run, white in zip(filters, whites, strict=True):
+        slope -= _slopes(run, noise, white @ mixing)
     return cost, slope
 
 
@@ -301,38 +285,41 @@ def _slopes(run: Filter, noise: NoiseLevels, white: Array) -> Array:
     """Return the slopes (10,) of one recording's log likelihood by the logarithms of levels.
 
     Args:
-        run: Of it.
+        run: Filter of the recording.
         noise: The levels.
-        white: Whitened columns that are summed over, (V, C).
+        white: Whitened columns that are summed over, `(V, C)`.
     """
     windows = run.windows
     scores, informations, by_variance = adjoint(
         run.transition, windows.links, windows.observe, run.gains, run.spread, white
     )
-    poses, waves = windows.floor.shape[1], _waves(windows)
-    shoved = scores[:, :poses]
-    half = 0.5 * (shoved @ shoved.transpose(0, 2, 1) - informations[:, :poses, :poses])
-    waved = 0.5 * ((scores[:, waves] ** 2).sum(axis=2) - informations[:, waves, waves])
-    slope = np.zeros(len(_FREEDOM))
-    slope[0] = 2.0 * noise.roughness**2 * float(np.vdot(half, windows.floor))
-    kept, mean = _wave(windows, noise.wave)
-    slope[1] = 2.0 * noise.waviness**2 * float((waved * mean * (1.0 - kept**2)).sum())
-    slope[3] = 2.0 * noise.creep**2 * float(np.vdot(half, windows.creep))
-    own = windows.linkage
+    poses, waves, linkage = windows.floor.shape[1], _wave_states(windows), windows.linkage
+    pushes = scores[:, :poses]
+    by_pose = 0.5 * (pushes @ pushes.transpose(0, 2, 1) - informations[:, :poses, :poses])
+    by_wave = 0.5 * ((scores[:, waves] ** 2).sum(axis=2) - informations[:, waves, waves])
+    decay, mean_square = _wave_moments(windows, noise.wave)
     variance = variance_of(windows, noise)
-    by_variance = np.where(np.isfinite(variance), by_variance, 0.0)
-    for row, level in enumerate((noise.joint_a, noise.joint_b, noise.link)[:own]):
+    known = np.isfinite(variance)
+    by_variance = np.where(known, by_variance, 0.0)
+    by_factor = 2.0 * np.where(known, variance, 0.0) * by_variance
+    is_heading = np.arange(by_factor.shape[1] - linkage) % 3 == 2
+    slope = np.zeros(len(LOG_LEVEL_SIGMA))
+    slope[0] = 2.0 * noise.roughness**2 * float(np.vdot(by_pose, windows.floor))
+    slope[1] = 2.0 * noise.waviness**2 * float((by_wave * mean_square * (1.0 - decay**2)).sum())
+    slope[3] = 2.0 * noise.creep**2 * float(np.vdot(by_pose, windows.creep))
+    for row, level in enumerate((noise.joint_a, noise.joint_b, noise.link)[:linkage]):
         slope[4 + row] = 2.0 * level**2 * float(by_variance[:, row].sum())
-    measured = 2.0 * np.where(np.isfinite(variance), variance, 0.0) * by_variance
-    heading = np.arange(own, measured.shape[1])
-    slope[7] = float(measured[:, heading[(heading - own) % 3 < 2]].sum())
-    slope[8] = float(measured[:, heading[(heading - own) % 3 == 2]].sum())
-    slope[9] = 2.0 * noise.sway**2 * float(np.vdot(half, windows.sway))
+    slope[7] = float(by_factor[:, linkage:][:, ~is_heading].sum())
+    slope[8] = float(by_factor[:, linkage:][:, is_heading].sum())
+    slope[9] = 2.0 * noise.sway**2 * float(np.vdot(by_pose, windows.sway))
     return slope
 
 
-def usual_levels(windows: Sequence[Windows]) -> NoiseLevels:
-    """Return the levels of a usual robot with the resolution of this one's encoders."""
+def nominal_levels(windows: Sequence[Windows]) -> NoiseLevels:
+    """Return the levels of a nominal robot with the encoder resolution of this one.
+
+    Beyond rounding, a linkage reading is assumed to have noise of 0.3 counts, of 20 urad or 10 um at least.
+    """
     resolution = windows[0].signals.resolution
     if len(resolution) == 0:
         return NoiseLevels()
@@ -342,19 +329,9 @@ def usual_levels(windows: Sequence[Windows]) -> NoiseLevels:
     )
 
 
-def _active(windows: Sequence[Windows]) -> list[bool]:
-    """Say which levels recordings can tell anything about."""
+def _identifiable(windows: Sequence[Windows]) -> NDArray[np.bool_]:
+    """Say which levels (10,) recordings can identify, in the order of `NoiseLevels`."""
     linkage = windows[0].linkage > 0
-    poses = any(one.signals.poses is not None for one in windows)
-    return [
-        True,
-        linkage or poses,
-        False,
-        linkage or poses,
-        linkage,
-        linkage,
-        linkage,
-        poses,
-        poses,
-        linkage or poses,
-    ]
+    poses = any(model.signals.poses is not None for model in windows)
+    both = linkage or poses
+    return np.array([True, both, False, both, linkage, linkage, linkage, poses, poses, both])

@@ -1,4 +1,4 @@
-"""The Kalman filter that makes a linear model's residuals white, and its adjoint that finds disturbances.
+"""A Kalman filter that whitens the residuals of a linear model, and its adjoint, the disturbance smoother.
 
 State and measurement are errors about a trajectory:
 
@@ -23,11 +23,11 @@ def gains_of(
 
     Args:
         transition: F, (M, n, n).
-        links: (K, 2) rows and columns off F's diagonal that are not zero, such that no column is a row
-            that came before.
+        links: (K, 2) rows and columns off F's diagonal that are not zero; no column is the row of an earlier
+            link.
         process: Q, (M, n, n).
         observe: H, (M + 1, R, n).
-        variance: R, (M + 1, R); nan where nothing was measured, and so is the innovation's.
+        variance: R, (M + 1, R); nan where nothing was measured, as the variance of the innovation is then.
         start: (n, n) covariance of the first state, whose mean is zero.
     """
     moments, rows, states = observe.shape
@@ -46,9 +46,9 @@ def gains_of(
             add_rows(carried.reshape(1, -1), 1.0, observe[moment, row], covariance)
             size = variance[moment, row] + np.dot(observe[moment, row], carried)
             gains[moment, row] = carried / size
-            for one in range(states):
+            for state in range(states):  # without the array that `np.outer` would allocate each time
                 for other in range(states):
-                    covariance[one, other] -= gains[moment, row, one] * carried[other]
+                    covariance[state, other] -= gains[moment, row, state] * carried[other]
             spread[moment, row] = size
     return gains, spread
 
@@ -68,24 +68,24 @@ def add_outer(rows: Array, weights: Array, row: Array) -> None:
     """Add a row `(1, C)` to rows `(n, C)` in place, times a weight `(n,)` each."""
     for number in range(len(weights)):
         weight = weights[number]
-        for one in range(rows.shape[1]):
-            rows[number, one] += weight * row[0, one]
+        for column in range(rows.shape[1]):
+            rows[number, column] += weight * row[0, column]
 
 
 @compiled
 def carry(transition: Array, links: IntArray, state: Array) -> None:
     """Carry a state `(n, C)` over one step in place: F state."""
     for number in range(len(links)):
-        row, column = links[number, 0], links[number, 1]
-        factor = transition[row, column]
+        row, source = links[number, 0], links[number, 1]
+        factor = transition[row, source]
         if factor != 0.0:
-            for one in range(state.shape[1]):
-                state[row, one] += factor * state[column, one]
+            for column in range(state.shape[1]):
+                state[row, column] += factor * state[source, column]
     for row in range(state.shape[0]):
         factor = transition[row, row]
         if factor != 1.0:
-            for one in range(state.shape[1]):
-                state[row, one] *= factor
+            for column in range(state.shape[1]):
+                state[row, column] *= factor
 
 
 @compiled_without_lock
@@ -102,72 +102,30 @@ def whiten(
 
     Args:
         transition: F, (M, n, n).
-        links: as in `gains_of`.
+        links: As in `gains_of`.
         inputs: u, (M, k, C), of the first k states.
         observe: H, (M + 1, R, n).
         measured: z, (M + 1, R, C).
-        gains: as `gains_of` returns them.
-        spread: likewise.
+        gains: As `gains_of` returns them.
+        spread: Likewise.
     """
     moments, rows, states = observe.shape
     columns = measured.shape[2]
-    white = np.empty((np.sum(np.isfinite(spread)), columns))
+    white = np.zeros((np.sum(np.isfinite(spread)), columns))
     state, innovation, count = np.zeros((states, columns)), np.zeros((1, columns)), 0
+    begun = False  # before the first input or measurement that is not zero, state and innovations are zero
     for moment in range(moments):
-        if moment > 0:
+        begun = begun or bool(np.any(measured[moment] != 0.0))
+        begun = begun or (moment > 0 and bool(np.any(inputs[moment - 1] != 0.0)))
+        if begun and moment > 0:
             carry(transition[moment - 1], links, state)
             state[: inputs.shape[1]] += inputs[moment - 1]
         for row in range(rows):
             size = spread[moment, row]
             if np.isnan(size):
                 continue
-            innovation[0] = measured[moment, row]
-            add_rows(innovation, -1.0, observe[moment, row], state)
-            white[count] = innovation[0] / np.sqrt(size)
-            count += 1
-            add_outer(state, gains[moment, row], innovation)
-    return white
-
-
-@compiled_without_lock
-def whiten_travel(
-    transition: Array,
-    links: IntArray,
-    lever: Array,
-    ways: Array,
-    observe: Array,
-    gains: Array,
-    spread: Array,
-) -> Array:
-    """Return whitened innovations `(V, C)` of ways that a wheel gains, as `whiten` does.
-
-    Args:
-        transition: F, (M, n, n).
-        links: as in `gains_of`.
-        lever: by what a metre that the wheel gains in a step differs from the first k states, (M, k).
-        ways: gained in each step, (M, C) [m].
-        observe: H, (M + 1, R, n).
-        gains: as `gains_of` returns them.
-        spread: likewise.
-    """
-    moments, rows, states = observe.shape
-    columns = ways.shape[1]
-    white = np.zeros((np.sum(np.isfinite(spread)), columns))
-    state, innovation, count = np.zeros((states, columns)), np.zeros((1, columns)), 0
-    begun = False
-    for moment in range(moments):
-        if moment > 0:
-            begun = begun or bool(np.any(ways[moment - 1] != 0.0))
             if begun:
-                carry(transition[moment - 1], links, state)
-                for number in range(lever.shape[1]):
-                    state[number] += lever[moment - 1, number] * ways[moment - 1]
-        for row in range(rows):
-            size = spread[moment, row]
-            if np.isnan(size):
-                continue
-            if begun:
-                innovation[0] = 0.0
+                innovation[0] = measured[moment, row]
                 add_rows(innovation, -1.0, observe[moment, row], state)
                 white[count] = innovation[0] / np.sqrt(size)
                 add_outer(state, gains[moment, row], innovation)
@@ -179,7 +137,7 @@ def whiten_travel(
 def adjoint(
     transition: Array, links: IntArray, observe: Array, gains: Array, spread: Array, white: Array
 ) -> tuple[Array, Array, Array]:
-    """Return what an input added in each step, and noise added to each reading, would do to the likelihood.
+    """Return scores and informations of an input in each step, and the likelihood's slope by each variance.
 
     An input u = theta b in step m alone is estimated by theta = b' score / (b' information b), with
     variance 1 / (b' information b). The derivative of the log likelihood by a process covariance Q[m] is
@@ -205,28 +163,29 @@ def adjoint(
     by_variance = np.zeros((moments, rows))
     score = np.zeros((states, columns))
     information = np.zeros((states, states))
-    pulled, error = np.zeros(states), np.zeros((1, columns))
+    product, error = np.zeros(states), np.zeros((1, columns))
     for moment in range(moments - 1, -1, -1):
         for row in range(rows - 1, -1, -1):
             size = spread[moment, row]
             if np.isnan(size):
                 continue
-            seen, gain = observe[moment, row], gains[moment, row]
-            # with L = I - gain seen': score = seen v / s + L' score,
-            # information = seen seen' / s + L' information L
+            observed, gain = observe[moment, row], gains[moment, row]
+            # with h = observed, L = I - gain h': score = h v / s + L' score,
+            # information = h h' / s + L' information L
             count -= 1
             error[0] = white[count] / np.sqrt(size)
             add_rows(error, -1.0, gain, score)
-            twice = _pull(information, gain, pulled)
-            by_variance[moment, row] = 0.5 * (np.sum(error**2) - 1.0 / size - twice)
+            quadratic = _times_gain(information, gain, product)
+            by_variance[moment, row] = 0.5 * (np.sum(error**2) - 1.0 / size - quadratic)
             for number in range(states):
-                if seen[number] != 0.0:
+                factor = observed[number]
+                if factor != 0.0:
                     for column in range(columns):
-                        score[number, column] += seen[number] * error[0, column]
+                        score[number, column] += factor * error[0, column]
                     for other in range(states):
-                        information[number, other] -= seen[number] * pulled[other]
-                        information[other, number] -= seen[number] * pulled[other]
-                        information[number, other] += seen[number] * seen[other] * (1.0 / size + twice)
+                        information[number, other] -= factor * product[other]
+                        information[other, number] -= factor * product[other]
+                        information[number, other] += factor * observed[other] * (1.0 / size + quadratic)
         if moment == 0:
             break
         scores[moment - 1] = score
@@ -239,15 +198,15 @@ def adjoint(
 
 
 @compiled
-def _pull(information: Array, gain: Array, pulled: Array) -> float:
-    """Write an information (n, n) times a gain (n,) into an array (n,), and return the gain times that."""
-    twice = 0.0
+def _times_gain(information: Array, gain: Array, product: Array) -> float:
+    """Write an information (n, n) times a gain (n,) into `product` (n,); return the gain's quadratic form."""
+    quadratic = 0.0
     for number in range(len(gain)):
-        pulled[number] = 0.0
+        product[number] = 0.0
         for other in range(len(gain)):  # faster than a call of BLAS for a vector as short as this
-            pulled[number] += information[number, other] * gain[other]
-        twice += gain[number] * pulled[number]
-    return twice
+            product[number] += information[number, other] * gain[other]
+        quadratic += gain[number] * product[number]
+    return quadratic
 
 
 @compiled

@@ -25,7 +25,7 @@ def drawn(windows, noise, seed):
     """Return windows whose measurements are drawn from the model at some levels, with white noise only."""
     chance = np.random.default_rng(seed)
     run, states = filter_of(windows, noise), windows.transition.shape[1]
-    process = levels._process(windows, noise, *levels._wave(windows, noise.wave))
+    process = levels._process_covariance(windows, noise)
     variance = variance_of(windows, noise)
     state = np.zeros(states)
     measured = np.full(windows.measured.shape, np.nan)
@@ -52,13 +52,15 @@ def left(windows, noise):
 @pytest.mark.parametrize("nuisances", [(), (term("wheel_diameter", "a.left"), term("joint_bias", "joint_b"))])
 def test_the_slopes_of_the_likelihood_are_its_differences(windows, nuisances):
     raw = columns(windows, *nuisances)
-    _, slopes = levels._badness([windows], raw, TRUE)
+    _, slopes = levels._negative_log_likelihood([windows], raw, TRUE)
     for number, field in enumerate(fields(NoiseLevels)):
         if field.name == "wave":
             continue  # one of a few lengths; none is in between
         value = getattr(TRUE, field.name)
         high, low = (
-            levels._badness([windows], raw, replace(TRUE, **{field.name: value * np.exp(sign * MOVED)}))[0]
+            levels._negative_log_likelihood(
+                [windows], raw, replace(TRUE, **{field.name: value * np.exp(sign * MOVED)})
+            )[0]
             for sign in (1.0, -1.0)
         )
         difference = (high - low) / (2.0 * MOVED)
