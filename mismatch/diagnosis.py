@@ -1,11 +1,11 @@
-"""What `diagnose` answers: one object, written as JSON by a fixed contract and as a report for people.
+"""The result of `diagnose`: written as JSON by a fixed contract, and as a report for people.
 
-The JSON is read by other people's programs; fields are added, never taken away or renamed.
+Programs of other people read the JSON: fields are added, never removed or renamed.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 if TYPE_CHECKING:
@@ -15,9 +15,29 @@ if TYPE_CHECKING:
 Verdict = Literal["agreement", "mismatch", "insufficient"]
 
 Key = tuple[str, str]  # an effect, and the component on which it acts
-# By which levels of noise of robots in use differ: one standard deviation of the prior in `noise.levels`.
+# [1] factor by which noise levels of robots in use differ: exp(1.2), one standard deviation of the prior
+# `LOG_LEVEL_SIGMA` of `noise.levels`.
 USUAL_FACTOR = 3.3
-ASSERTED = 0.5  # a finding of this probability or more is an assertion, one of less a possibility
+ASSERTED = 0.5  # [1] probability from which a finding is asserted; below it is a possibility
+
+
+def as_plain(value: Any) -> Any:  # noqa: ANN401  any value of JSON
+    """Return a value as JSON has it: a dataclass as an object of its fields, a tuple as a list."""
+    if is_dataclass(value):
+        return {item.name: as_plain(getattr(value, item.name)) for item in fields(value)}
+    if isinstance(value, dict):
+        return {name: as_plain(item) for name, item in value.items()}
+    if isinstance(value, tuple):
+        return [as_plain(item) for item in value]
+    return value
+
+
+def _by_name(parameters: tuple[Parameter, ...]) -> dict[str, Any]:
+    """Return the contract's object of parameters."""
+    return {
+        parameter.name: as_plain({"value": parameter.value, "sigma": parameter.sigma, "unit": parameter.unit})
+        for parameter in parameters
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +45,9 @@ class Parameter:
     """One parameter of an effect, as estimated.
 
     Attributes:
-        name: as in the vocabulary.
-        value: a number, or one for each event.
-        sigma: standard deviation(s) of the estimate, likewise.
+        name: As in the vocabulary.
+        value: A number, or one for each event.
+        sigma: Standard deviation of the estimate, likewise.
         unit: SI; "1" for a ratio.
     """
 
@@ -35,10 +55,6 @@ class Parameter:
     value: float | tuple[float, ...]
     sigma: float | tuple[float, ...]
     unit: str
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the contract's object of a parameter."""
-        return {"value": _plain(self.value), "sigma": _plain(self.sigma), "unit": self.unit}
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,20 +65,16 @@ class Alternative:
     component: str
     probability: float
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the contract's object of an alternative."""
-        return {"effect": self.effect, "component": self.component, "probability": self.probability}
-
 
 @dataclass(frozen=True, slots=True)
 class Where:
-    """Where a mismatch is seen.
+    """Where and when a mismatch is seen.
 
     Attributes:
-        channels: on which it shows, strongest first.
+        channels: Channels on which it shows, strongest first.
         intervals: (start, end) on the recording's clock [s]; empty where it acts all the time.
-        regime: of the drive in which it shows, in words.
-        laps: numbers of the laps from 0, over all recordings in their order, in which it acts; empty for all.
+        regime: Regime of the drive in which it shows, in words.
+        laps: Numbers of the laps from 0, over all recordings in their order, in which it acts; empty for all.
         places: (x, y) on the floor [m] in the middle of each interval.
     """
 
@@ -72,32 +84,22 @@ class Where:
     laps: tuple[int, ...] = ()
     places: tuple[tuple[float, float], ...] = ()
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the contract's object of a place."""
-        return {
-            "channels": list(self.channels),
-            "intervals": [list(interval) for interval in self.intervals],
-            "regime": self.regime,
-            "laps": list(self.laps),
-            "places": [list(place) for place in self.places],
-        }
-
 
 @dataclass(frozen=True, slots=True)
 class Finding:
     """One piece of physics that the simulation leaves out.
 
     Attributes:
-        effect: of the vocabulary, or "unknown".
-        component: on which it acts.
-        probability: of this effect on this component, against all others considered.
-        alternatives: what the recording cannot tell from it, likeliest first.
-        where: it is seen.
-        parameters: of its model.
-        explained: share of the mismatch's chi-square that it takes away, 0 to 1.
-        says: it in a sentence that one engineer says to another.
-        depends_on: for "unknown", the quantities on which the leftover depends.
-        separates: which drive would tell it from its alternatives; empty where there are none.
+        effect: Name in the vocabulary, or "unknown".
+        component: Component on which it acts.
+        probability: Posterior probability of this effect on this component, among all that were considered.
+        alternatives: Effects that the recording cannot distinguish from it, most probable first.
+        where: Where and when it is seen.
+        parameters: Parameters of its model.
+        explained: Fraction of the mismatch's chi-square that it explains, 0 to 1.
+        says: The finding in one sentence.
+        depends_on: For "unknown", the quantities on which the residual depends.
+        separates: A drive that would distinguish it from its alternatives; empty where there are none.
     """
 
     effect: str
@@ -113,35 +115,24 @@ class Finding:
 
     @property
     def key(self) -> Key:
-        """What it is called."""
+        """Effect and component."""
         return self.effect, self.component
 
     def as_json(self) -> dict[str, Any]:
         """Return the contract's object of a finding."""
-        answer: dict[str, Any] = {
-            "effect": self.effect,
-            "component": self.component,
-            "probability": self.probability,
-            "alternatives": [one.as_json() for one in self.alternatives],
-            "where": self.where.as_json(),
-            "parameters": {one.name: one.as_json() for one in self.parameters},
-            "explained": self.explained,
-            "says": self.says,
-            "separates": self.separates,
-        }
-        if self.effect == "unknown":
-            answer["depends_on"] = list(self.depends_on)
-        return answer
+        answer = {**as_plain(self), "parameters": _by_name(self.parameters)}
+        depends_on = answer.pop("depends_on")
+        return {**answer, "depends_on": depends_on} if self.effect == "unknown" else answer
 
 
 @dataclass(frozen=True, slots=True)
 class Calibrated:
-    """What a recording with poses calibrates, whether or not it is a finding.
+    """Parameters that a recording with poses calibrates, whether or not they are a finding.
 
     Attributes:
-        effect: of the vocabulary, or `reference_offset`, how the reference is mounted.
-        component: that it is of.
-        parameters: of it.
+        effect: Name in the vocabulary, or `reference_offset`, how the reference is mounted.
+        component: Component that it is of.
+        parameters: The calibrated parameters.
     """
 
     effect: str
@@ -149,44 +140,36 @@ class Calibrated:
     parameters: tuple[Parameter, ...]
 
     def as_json(self) -> dict[str, Any]:
-        """Return the object of what was calibrated."""
-        return {
-            "effect": self.effect,
-            "component": self.component,
-            "parameters": {one.name: one.as_json() for one in self.parameters},
-        }
+        """Return the contract's object of a calibrated component."""
+        return {**as_plain(self), "parameters": _by_name(self.parameters)}
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A normalised residual without and with what was found; 1.0 is the noise that is expected."""
+    """A normalised residual without and with the findings; 1.0 is the expected noise."""
 
     before: float
     after: float
 
     def undone(self) -> Self:
-        """Return the change where nothing is changed."""
+        """Return the residual with no finding applied."""
         return replace(self, after=self.before)
-
-    def as_json(self) -> dict[str, float]:
-        """Return the contract's object of a change."""
-        return {"before": self.before, "after": self.after}
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """How far the found effects bring simulation and recording together.
+    """Residuals of simulation against recording, without and with the findings.
 
     Attributes:
-        metric: what the numbers are, in words.
-        train: on the data that were fitted.
-        heldout: on laps or blocks whose data no parameter saw.
-        channels: of each channel, held out.
-        gain: held-out decrease of half the chi-square, and its standard deviation.
-        rerun: of each channel, open-loop mismatch of the simulator run over the held-out laps from
+        metric: Definition of the residuals, in words.
+        train: Residual of the data that were fitted.
+        heldout: Residual of laps or blocks to which no parameter was fitted.
+        channels: Held-out residual of each channel.
+        gain: Held-out decrease of half the chi-square, and its standard deviation.
+        rerun: Open-loop mismatch of each channel when the simulator runs over the held-out laps from
             the effects file alone [m, rad]: without and with the effects.
-        noise: levels used, by name, with unit in the name.
-        usual_noise: the same levels of a usual robot; of poses, 1 is what their file states.
+        noise: Noise levels used, by name, with unit in the name.
+        usual_noise: Noise levels of a nominal robot; of poses, 1 is what their file states.
     """
 
     metric: str
@@ -200,7 +183,7 @@ class Fit:
 
     @property
     def unusual_noise(self) -> tuple[str, ...]:
-        """What is said of levels that differ from usual ones by more than they are expected to."""
+        """A phrase for each level that differs from its nominal value by more than `USUAL_FACTOR`."""
         return tuple(
             f"{name.replace('[', '').replace(']', '').replace(' 1', '')}: {self.noise[name]:.2g}, "
             f"{self.noise[name] / usual:.2g} times as much as is usual"
@@ -209,7 +192,7 @@ class Fit:
         )
 
     def unchanged(self) -> Self:
-        """Return the fit where nothing is added to the robot as described."""
+        """Return the fit of the robot as described, with no finding applied."""
         return replace(
             self,
             train=self.train.undone(),
@@ -221,16 +204,7 @@ class Fit:
 
     def as_json(self) -> dict[str, Any]:
         """Return the contract's object of a fit."""
-        return {
-            "metric": self.metric,
-            "train": self.train.as_json(),
-            "heldout": self.heldout.as_json(),
-            "channels": {name: change.as_json() for name, change in self.channels.items()},
-            "gain": {"value": self.gain[0], "sigma": self.gain[1]},
-            "rerun": {name: change.as_json() for name, change in self.rerun.items()},
-            "noise": dict(self.noise),
-            "usual_noise": dict(self.usual_noise),
-        }
+        return {**as_plain(self), "gain": {"value": self.gain[0], "sigma": self.gain[1]}}
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,12 +212,12 @@ class Trace:
     """The mismatch of one recording over its windows, for plots.
 
     Attributes:
-        recording: its name.
-        time: (K,) end of each window on the recording's clock [s].
-        path: (K, 2) where truck a was [m].
-        lap: (K,) number of the lap, -1 between laps.
-        before: (K, C) whitened residual of each channel without the effects; nan where not read.
-        after: (K, C) likewise with them.
+        recording: Name of the recording.
+        time: End of each window on the recording's clock, `(K,)` [s].
+        path: Positions of truck a, `(K, 2)` [m].
+        lap: Number of the lap, -1 between laps, `(K,)`.
+        before: Whitened residual of each channel without the effects; nan where not read, `(K, C)`.
+        after: Likewise with the effects, `(K, C)`.
     """
 
     recording: str
@@ -256,16 +230,16 @@ class Trace:
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """What a finding looks like: the mismatch against the quantity on which it depends.
+    """Signature of a finding: the mismatch against the quantity on which it depends, in bins.
 
     Attributes:
-        finding: number of the finding.
-        quantity: on the horizontal axis, with its unit as shown.
-        channel: on the vertical axis.
-        at: (B,) middle of each bin.
-        found: (B,) mean of what was recorded minus everything else that was found, in sigma.
-        sigma: (B,) standard error of it.
-        predicted: (B,) by the effect's model.
+        finding: Number of the finding.
+        quantity: Label of the horizontal axis, with its unit as shown.
+        channel: Label of the vertical axis.
+        at: Middle of each bin, `(B,)`.
+        found: Mean residual given all other findings, in standard deviations, `(B,)`.
+        sigma: Its standard error, `(B,)`.
+        predicted: Mean predicted by the effect's model, `(B,)`.
     """
 
     finding: int
@@ -279,14 +253,14 @@ class Signature:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What a report draws; not part of the JSON.
+    """Data for the plots of a report; not part of the JSON.
 
     Attributes:
-        channels: names of the columns of the traces.
-        traces: one for each recording.
-        signatures: of the findings.
-        candidates: every effect and component considered, with the gain in log likelihood of adding it
-            alone and its probability of being in the right set, likeliest first.
+        channels: Names of the columns of the traces.
+        traces: One trace for each recording.
+        signatures: Signatures of the findings.
+        candidates: Every effect and component considered, with the gain in log likelihood of adding it
+            alone and its probability of being in the right set, most probable first.
     """
 
     channels: tuple[str, ...] = ()
@@ -297,24 +271,24 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """The answer to recordings of one robot.
+    """Diagnosis of recordings of one robot.
 
     Attributes:
         verdict: agreement, mismatch or insufficient.
-        says: it in a sentence; for "insufficient", what to record.
-        findings: most of the mismatch first.
-        fit: residuals without and with the findings, or None where nothing could be held against.
-        unexplained: share of the mismatch's chi-square that is left, 0 to 1.
-        depends_on: quantities on which the leftover depends.
-        robot: name of the vehicle.
-        recordings: names, in order.
-        drive_next: which drives would tell more, in words.
-        evidence: for the report.
-        effects: what was found and calibrated as the simulator takes it, "unknown" excepted.
-        calibrated: what is in the effects beside the findings: numbers of robot and reference that are
-            known better than the file says, though nothing says that the file is wrong.
-        traces: what is there, but changes what the simulation misses by less than a twentieth.
-        complete: whether the search ended by itself, and not for its budget of time.
+        says: The verdict in a sentence; for "insufficient", what to record.
+        findings: Findings, those that explain most first.
+        fit: Residuals without and with the findings; None where there was nothing to compare with.
+        unexplained: Fraction of the mismatch's chi-square that is left, 0 to 1.
+        depends_on: Quantities on which the residual depends.
+        robot: Name of the vehicle.
+        recordings: Names of the recordings, in order.
+        drive_next: Drives that would be informative, in words.
+        evidence: Data for the plots of the report.
+        effects: Findings and calibrated parameters as the simulator takes them, "unknown" excepted.
+        calibrated: Effects in addition to the findings: parameters of robot and reference that are known
+            more precisely than the file states them, without evidence that the file is wrong.
+        traces: Effects that are present, but change the mismatch by less than a twentieth.
+        complete: Whether the search converged before its time budget was used up.
     """
 
     verdict: Verdict
@@ -343,11 +317,7 @@ class Diagnosis:
             "fit": None if self.fit is None else self.fit.as_json(),
             "unexplained": {"fraction": self.unexplained, "depends_on": list(self.depends_on)},
             "drive_next": list(self.drive_next),
-            "calibrated": [single.as_json() for single in self.calibrated],
-            "traces": [single.as_json() for single in self.traces],
+            "calibrated": [calibrated.as_json() for calibrated in self.calibrated],
+            "traces": [trace.as_json() for trace in self.traces],
             "complete": self.complete,
         }
-
-
-def _plain(value: float | tuple[float, ...]) -> float | list[float]:
-    return list(value) if isinstance(value, tuple) else value

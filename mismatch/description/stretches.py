@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.recording.signals import WINDOW, bridged, integrated
+from omnimate.mismatch.recording.signals import WINDOW, angle_of, integrated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -107,7 +107,7 @@ def stretches_of(recordings: Sequence[Recording], truck: TruckName) -> Stretches
     steps = count = 0
     for one in recordings:
         wheels = [wheel for wheel in one.vehicle.wheels if wheel.startswith(truck)]
-        angle = np.stack([bridged(one, wheel, one.wheel_angle(wheel)) for wheel in wheels], axis=1)
+        angle = np.stack([angle_of(one, wheel) for wheel in wheels], axis=1)
         turned.append(np.diff(angle, axis=0, append=angle[-1:]))
         time, pose = _thinned(one, truck)
         number = _numbers(time, one.time)

@@ -1,4 +1,4 @@
-"""Which stretch each window belongs to: laps where they are known, else blocks of time."""
+"""Folds for cross-validation: laps where they are known, else blocks of time."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 Kind = Literal["laps", "blocks", "moments"]
 
-SHORTEST = 8.0  # [s] of a block that is held out
-_BLOCKS = 8  # into which a recording without laps is cut
+SHORTEST = 8.0  # [s] shortest block that is held out
+MAX_BLOCKS = 8  # folds of a recording without laps
 
 
 def laps_of(recording: Recording) -> list[tuple[float, float]]:
@@ -32,29 +32,29 @@ def laps_of(recording: Recording) -> list[tuple[float, float]]:
 
 
 def folds_of(windows: Sequence[Windows], kind: Kind = "laps") -> list[NDArray[np.int64]]:
-    """Return of each recording the number (M + 1,) of the stretch that may be held out.
+    """Return for each recording the number of the fold of each window's end, `(M + 1,)`.
 
     Args:
-        windows: of each recording.
-        kind: "laps", if all recordings together have two or more, with what lies between them counted to
-            the lap before, and else blocks of time of equal length; "blocks", every fourth of short
-            blocks in one; "moments", every other window.
+        windows: Linear model of each recording.
+        kind: "laps", a fold for each lap and the time until the next, if all recordings have laps and
+            together two or more, and else blocks of time of equal length; "blocks", every fourth of short
+            blocks; "moments", every other pair of windows.
     """
     if kind != "laps":
-        length = SHORTEST if kind == "blocks" else 2.0 * WINDOW
-        count = 4 if kind == "blocks" else 2
-        return [(np.floor((one.time - one.time[0]) / length) % count).astype(np.int64) for one in windows]
-    laps = [laps_of(one.signals.recording) for one in windows]
-    enough = sum(len(own) for own in laps) >= 2 and all(laps)
+        length, count = (SHORTEST, 4) if kind == "blocks" else (2.0 * WINDOW, 2)
+        return [
+            (np.floor((model.time - model.time[0]) / length) % count).astype(np.int64) for model in windows
+        ]
+    laps = [laps_of(model.signals.recording) for model in windows]
+    has_laps = sum(map(len, laps)) >= 2 and all(laps)
     folds, first = [], 0
-    for one, own in zip(windows, laps, strict=True):
-        if enough:
-            edges = np.array([start for start, _ in own[1:]])
+    for model, of_recording in zip(windows, laps, strict=True):
+        if has_laps:
+            edges = np.array([start for start, _ in of_recording[1:]])
         else:
-            span = float(one.time[-1] - one.time[0])
-            count = int(np.clip(span / SHORTEST, 1, _BLOCKS))
-            edges = np.linspace(one.time[0], one.time[-1], count + 1)[1:-1]
-        number = np.searchsorted(edges, one.time, side="right")
-        folds.append(first + number.astype(np.int64))
+            span = float(model.time[-1] - model.time[0])
+            count = int(np.clip(span / SHORTEST, 1, MAX_BLOCKS))
+            edges = np.linspace(model.time[0], model.time[-1], count + 1)[1:-1]
+        folds.append(first + np.searchsorted(edges, model.time, side="right").astype(np.int64))
         first += len(edges) + 1
     return folds

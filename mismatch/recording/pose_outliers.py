@@ -1,8 +1,8 @@
-"""Poses that measured something else: a reflection, a marker that was taken for another.
+"""Outliers among measured poses: reflections, and markers that were confused.
 
-A pose is compared with what odometry foresees from its neighbours (Hampel's identifier: Davies & Gather, JASA
-1993). It counts as an outlier where those before it and those after it contradict it to the same side: what
-happened to the robot itself is still there in the poses that follow.
+A pose is compared with the prediction of odometry from its neighbours (Hampel identifier: Davies & Gather,
+JASA 1993). It is an outlier where those before it and those after it differ from it to the same side: a
+motion of the robot itself is still present in the poses that follow.
 """
 
 from __future__ import annotations
@@ -19,18 +19,20 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.se2 import Array
 
-NEIGHBOURS = 3  # on each side, whose median is compared with a pose
-AROUND = 30  # poses on each side from which the usual size of a difference is taken, if it is larger there
+NEIGHBOURS = 3  # poses on each side, with whose median a pose is compared
+SCALE_NEIGHBOURS = (
+    30  # poses on each side for a local estimate of scale, used where it exceeds the global one
+)
 MAD_TO_SIGMA = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
-OUTLYING = 4.0  # standard deviations of a difference, beyond which noise is in fewer than 6 of 100,000 poses
+OUTLIER_SIGMAS = 4.0  # normal noise exceeds it with a probability of 6.3e-5
 
 
 def pose_outliers(pose: Array, driven: Array) -> NDArray[np.bool_]:
-    """Return which numbers of poses `(M, 3)` neither those before nor those after them confirm, `(M, 3)`.
+    """Return which values of poses `(M, 3)` are outliers, `(M, 3)`.
 
     Args:
-        pose: Measured, in order of time [m, m, rad]; nan where unknown.
-        driven: Where odometry takes the robot to at these times, from any start `(M, 3)`, headings unwrapped.
+        pose: Measured poses in order of time [m, m, rad]; nan where unknown.
+        driven: Poses by odometry at these times, from any start, headings unwrapped, `(M, 3)`.
     """
     outlying = np.zeros(pose.shape, bool)
     known = np.flatnonzero(np.isfinite(pose).all(axis=1))
@@ -38,21 +40,25 @@ def pose_outliers(pose: Array, driven: Array) -> NDArray[np.bool_]:
         return outlying
     pose, driven = pose[known], driven[known]
     turned = np.unwrap(wrap(pose[:, 2] - driven[:, 2]))
-    angle = np.median(_about(turned), axis=1)
-    place = _about(pose[:, :2]) - rotate(angle[:, None], _about(driven[:, :2]).swapaxes(1, 2)).swapaxes(1, 2)
-    off = np.concatenate([place, _about(turned)[:, None, :]], axis=1)
-    middle = off[:, :, NEIGHBOURS]
-    before = middle - np.median(off[:, :, :NEIGHBOURS], axis=2)
-    after = middle - np.median(off[:, :, NEIGHBOURS + 1 :], axis=2)
-    apart = np.where(before * after > 0.0, np.minimum(np.abs(before), np.abs(after)), 0.0)
+    angle = np.median(_with_neighbours(turned), axis=1)
+    place = _with_neighbours(pose[:, :2]) - rotate(
+        angle[:, None], _with_neighbours(driven[:, :2]).swapaxes(1, 2)
+    ).swapaxes(1, 2)
+    error = np.concatenate([place, _with_neighbours(turned)[:, None, :]], axis=1)
+    middle = error[:, :, NEIGHBOURS]
+    before = middle - np.median(error[:, :, :NEIGHBOURS], axis=2)
+    after = middle - np.median(error[:, :, NEIGHBOURS + 1 :], axis=2)
+    difference = np.where(before * after > 0.0, np.minimum(np.abs(before), np.abs(after)), 0.0)
     size = np.abs(before)
-    deviation = MAD_TO_SIGMA * np.maximum(np.median(size, axis=0), np.median(_about(size, AROUND), axis=2))
-    outlying[known] = apart > OUTLYING * deviation
+    deviation = MAD_TO_SIGMA * np.maximum(
+        np.median(size, axis=0), np.median(_with_neighbours(size, SCALE_NEIGHBOURS), axis=2)
+    )
+    outlying[known] = difference > OUTLIER_SIGMAS * deviation
     return outlying
 
 
-def _about(values: Array, count: int = NEIGHBOURS) -> Array:
-    """Return values (M, ...) with so many neighbours on each side, `(M, ..., 2 count + 1)`; ends repeat."""
+def _with_neighbours(values: Array, count: int = NEIGHBOURS) -> Array:
+    """Return values (M, ...) with `count` neighbours on each side, `(M, ..., 2 count + 1)`; ends reflect."""
     count = min(count, (len(values) - 1) // 2)
     padded = np.concatenate((values[count:0:-1], values, values[-2 : -count - 2 : -1]))
     return np.asarray(sliding_window_view(padded, 2 * count + 1, axis=0))

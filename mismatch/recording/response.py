@@ -1,4 +1,4 @@
-"""The robot with effects in it, driven by the wheel motion that was recorded: what it would have shown."""
+"""The response of the robot to effects: a replay of the recorded wheel motion with them."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ Columns = tuple["Array", "Array"]
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """What a set of effects does to one recording.
+    """Response of one recording to a set of effects.
 
     Attributes:
-        inputs: (M, 3 T) what the robot does otherwise than the trajectory.
-        offset: (M + 1, R) what its sensors show beyond what is there.
+        inputs: Difference of the robot's motion in each window to the trajectory, `(M, 3 T)`.
+        offset: Errors of its measurements, `(M + 1, R)`.
     """
 
     inputs: Array
@@ -40,7 +40,7 @@ class Response:
 
 
 def replayed(signals: Signals, effects: Sequence[Effect]) -> Block:
-    """Return the recording's steps with effects in them."""
+    """Return the steps of the recording with effects acting."""
     return replay(signals.block, effects)
 
 
@@ -48,14 +48,14 @@ def relinearised(signals: Signals, effects: Sequence[Effect]) -> Signals:
     """Return a recording's signals about the trajectory of a robot with effects."""
     for _ in range(2 if effects else 0):
         block = replayed(signals, effects)
-        shown = block.reading - signals.block.reading
-        offset = np.concatenate((shown[:1], shown)) if shown.shape[1] else 0.0
+        error = block.reading - signals.block.reading
+        offset = np.concatenate((error[:1], error)) if error.shape[1] else 0.0
         signals = about(signals, offset, block.twist)
     return signals
 
 
 def response(windows: Windows, effects: Sequence[Effect]) -> Response:
-    """Return what effects do to one recording, beyond the nominal robot."""
+    """Return the response of one recording to effects, relative to the nominal robot."""
     signals = windows.signals
     block = replayed(signals, effects)
     more = block.twist - signals.block.twist
@@ -64,59 +64,39 @@ def response(windows: Windows, effects: Sequence[Effect]) -> Response:
     if windows.linkage:
         before = np.maximum(windows.ends - 1, 0)  # a step's reading is that at its end
         offset[:, :3] = block.reading[before] - signals.block.reading[before]
-    _age_poses(windows, effects, offset)
-    _move_references(windows, effects, offset)
+    for number, truck in enumerate(signals.trucks):
+        pose = slice(windows.linkage + 3 * number, windows.linkage + 3 * number + 3)
+        path = signals.path[windows.ends, number]
+        for effect in effects:
+            if isinstance(effect, AgedSamples) and effect.acts_at() == "poses":
+                offset[:, pose] += windows.aged(number, partial(effect.age, start=signals.time[0]))
+            elif isinstance(effect, ReferenceOffset) and effect.component == truck:
+                offset[:, pose] += path - effect.truck(path)  # the path follows the measured reference
     return Response(inputs, offset)
 
 
-def _age_poses(windows: Windows, effects: Sequence[Effect], offset: Array) -> None:
-    """Let poses be of an earlier time than they say."""
-    signals = windows.signals
-    for effect in effects:
-        if not isinstance(effect, AgedSamples) or effect.acts_at() != "poses":
-            continue
-        for truck in range(len(signals.trucks)):
-            own = slice(windows.linkage + 3 * truck, windows.linkage + 3 * truck + 3)
-            offset[:, own] += windows.aged(truck, partial(_age, effect, signals.time[0]))
-
-
-def _age(effect: AgedSamples, start: float, when: Array) -> Array:
-    return effect.age(when, start)
-
-
-def _move_references(windows: Windows, effects: Sequence[Effect], offset: Array) -> None:
-    """Let poses be those of references that are mounted elsewhere on their trucks."""
-    signals = windows.signals
-    for effect in effects:
-        if isinstance(effect, ReferenceOffset) and effect.component in signals.trucks:
-            truck = signals.trucks.index(effect.component)
-            own = slice(windows.linkage + 3 * truck, windows.linkage + 3 * truck + 3)
-            path = signals.path[windows.ends, truck]
-            offset[:, own] += path - effect.truck(path)  # the path is drawn to what was measured
-
-
 def data(windows: Windows, base: Response) -> Columns:
-    """Return the data's column: inputs `(M, 3 T)` and measurements `(M + 1, R)`, about a base of effects."""
+    """Return the column of the data about a base: inputs `(M, 3 T)` and measurements `(M + 1, R)`."""
     return base.inputs, windows.measured - base.offset
 
 
 def brief_column(
     windows: Windows, base: Sequence[Effect], effect: Effect, step: float, during: tuple[float, float]
 ) -> Columns:
-    """Return the column of an effect that changes the motion for some time only, as `column` does.
+    """Return `column` of an effect that changes the motion during an interval only.
 
     Only the steps in which it acts are replayed.
 
     Args:
-        windows: Of the recording.
-        base: Effects beside which it acts.
-        effect: Of which the column is.
-        step: Of its parameter.
-        during: From when to when it acts [s].
+        windows: Linear model of the recording.
+        base: Effects that act in addition.
+        effect: Effect whose column it is.
+        step: Step of its parameter.
+        during: Start and end of the interval [s].
     """
     signals = windows.signals
     first = max(int(np.searchsorted(windows.time, during[0], side="right")) - 1, 0)
-    last = int(np.searchsorted(windows.time, during[1], side="left")) + 1  # beside others it may end later
+    last = int(np.searchsorted(windows.time, during[1], side="left")) + 1  # with others it may end later
     last = min(last, len(windows.ends) - 1)
     inputs = np.zeros(windows.drift.shape)
     if last > first:
@@ -128,5 +108,5 @@ def brief_column(
 
 
 def column(base: Response, changed: Response, step: float) -> Columns:
-    """Return an effect's column, by the difference to the base over a step of its parameter."""
+    """Return the column of an effect: the difference to the base over a step of its parameter."""
     return (base.inputs - changed.inputs) / step, (changed.offset - base.offset) / step

@@ -1,4 +1,4 @@
-"""A recording as the signals that effects act on, and the trajectory about which the model is linear."""
+"""A recording as the signals on which effects act, and the trajectory about which the model is linear."""
 
 from __future__ import annotations
 
@@ -19,41 +19,40 @@ from omnimate.vehicle.se2 import Array, between, wrap
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from omnimate.vehicle.parameters import Channel, TruckName, VehicleParameters
+    from omnimate.vehicle.parameters import Channel, TruckName
     from omnimate.vehicle.recording import Poses, Recording
 
-WINDOW = 0.25  # [s] shorter than any manoeuvre; what happens in one shows in the next reading
-SMOOTHING = 0.06, 0.2  # [s] over which a wheel's speed is taken, at least and at most
-TURNED = math.radians(30.0)  # by which half of what a reference is off shows as a change of place: 2 sin 15
-FINE = 5e-4  # [m/s] of speed that a count may make; what is smoothed longer loses its sharp accelerations
-# [m/sqrt(m)] a floor's roughness before the noise of a recording is estimated: where that search starts
-START_ROUGHNESS = 3e-4
-_COARSE = 0.5  # [s] into which dense poses are averaged before the trajectory follows them
+WINDOW = 0.25  # [s] shorter than any manoeuvre
+SMOOTHING = 0.06, 0.2  # [s] shortest and longest time over which a wheel's speed is taken
+# [rad] turn that moves a reference by half of its offset from the axle: 2 sin(30 degrees / 2) = 0.52
+MIN_TURN = math.radians(30.0)
+MAX_SPEED_STEP = 5e-4  # [m/s] of a count: coarser encoders are smoothed longer, but lose sharp accelerations
+START_ROUGHNESS = 3e-4  # [m/sqrt(m)] floor's roughness at which the estimation of noise starts
+POSE_INTERVAL = 0.5  # [s] to which dense poses are thinned before the trajectory follows them
 
 
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """One recording on its way through the diagnosis.
+    """One recording as N - 1 steps of a robot of T trucks, and a trajectory.
 
     Attributes:
-        recording: itself.
-        block: its N - 1 steps, as the nominal robot would have driven them. Its readings are those that
-            odometry foresees from a moment before: what the floor's roughness adds to a reading would
-            otherwise stand on both sides of a regression on readings.
-        path: (N, T, 3) poses of the trucks about which the model is linear, headings unwrapped.
-        facing: (N - 1, T, 2) cosine and sine of the headings between the samples.
-        gone: (N, T, 3) way of the trucks in the world by their wheels alone, without what draws the path to
-            readings and poses, and carries their noise into it.
-        reading: (N, 3) of joint_a, joint_b [rad] and link [m]; no columns with a single truck.
-        resolution: (3,) one count of each of them [rad, rad, m]; empty likewise.
-        poses: measured from outside, in order of time and within the samples; empty without.
+        recording: The recording.
+        block: The steps of the nominal robot. Its readings are expected along the path: measured readings
+            would put the floor's noise on both sides of a regression on them.
+        path: Poses of the trucks about which the model is linear, headings unwrapped, `(N, T, 3)`.
+        facing: Cosine and sine of the headings between the samples, `(N - 1, T, 2)`.
+        driven: Displacement of the trucks in the world by their wheels alone, `(N, T, 3)`: without the
+            corrections by which the noise of readings and poses enters the path.
+        reading: Joint_a, joint_b [rad] and link [m], `(N, 3)`; no columns with a single truck.
+        resolution: One count of each reading, `(3,)` [rad, rad, m]; empty with a single truck.
+        poses: Measured from outside, within the samples and in order of time; None without.
     """
 
     recording: Recording
     block: Block
     path: Array
     facing: Array
-    gone: Array
+    driven: Array
     reading: Array
     resolution: Array
     poses: Poses | None
@@ -70,16 +69,16 @@ class Signals:
 
 
 def signals_of(recording: Recording) -> Signals:
-    """Return a recording's signals, with all of its effects still in it."""
+    """Return the signals of a recording, about the trajectory of the nominal robot."""
     vehicle, time = recording.vehicle, recording.time
     period = np.diff(time)
-    angle = np.stack(
-        [bridged(recording, wheel, recording.wheel_angle(wheel)) for wheel in vehicle.wheels], axis=1
-    )
+    angle = np.stack([angle_of(recording, wheel) for wheel in vehicle.wheels], axis=1)
     radius = np.array([0.5 * vehicle.wheel_diameter(wheel) for wheel in vehicle.wheels])
     wheelbase = np.array([truck.wheelbase for truck in vehicle.trucks.values()])
     turned = np.diff(angle, axis=0)
-    speed, acceleration = _rates(radius * angle, time, _smoothing(vehicle))
+    count = max(abs(vehicle.metres_per_count(wheel)) for wheel in vehicle.wheels)
+    smoothing = float(np.clip(count / MAX_SPEED_STEP, *SMOOTHING))
+    speed, acceleration = _rates(radius * angle, time, smoothing)
     reading = _readings(recording)
     travel = radius * turned
     yaw = (travel[:, 1::2] - travel[:, 0::2]) / wheelbase
@@ -87,7 +86,7 @@ def signals_of(recording: Recording) -> Signals:
     nominal = np.stack([forward, np.zeros_like(yaw), yaw], axis=-1)
     poses = _usable(recording, nominal)
     path = _path(recording, nominal, reading, poses)
-    heading, place, shown = _along_path(path)
+    heading, place, expected = _along_path(path)
     block = Block(
         time=time[1:],
         period=period,
@@ -100,81 +99,69 @@ def signals_of(recording: Recording) -> Signals:
         place=place,
         travel=travel,
         twist=nominal,
-        reading=shown,
+        reading=expected,
         rest=0.0 if vehicle.linkage is None else vehicle.linkage.length,
     )
     resolution = np.array(
         [abs(vehicle.encoder(name).scale) for name in vehicle.channels if name not in vehicle.wheels]
     )
-    facing, gone = _gone(heading, nominal)
-    return Signals(recording, block, path, facing, gone, reading, resolution, poses)
+    return Signals(recording, block, path, *_driven(heading, nominal), reading, resolution, poses)
 
 
 def about(signals: Signals, offset: Array | float, twist: Array) -> Signals:
-    """Return a recording's signals about another trajectory.
+    """Return the signals of a recording about another trajectory.
 
     Args:
-        signals: Of the recording.
-        offset: What is known of the linkage readings' errors, `(N, 3)` [rad, rad, m]: the trajectory is that
-            of the readings without it.
-        twist: Of the trucks, `(N - 1, T, 3)`.
+        signals: Signals of the recording.
+        offset: Known errors of the linkage readings, `(N, 3)` [rad, rad, m], which the trajectory leaves out.
+        twist: Twists of the trucks, `(N - 1, T, 3)`.
     """
     path = _path(signals.recording, twist, signals.reading - offset, signals.poses)
-    heading, place, shown = _along_path(path)
-    facing, gone = _gone(heading, twist)
-    block = replace(signals.block, heading=heading, place=place, reading=shown)
-    return replace(signals, block=block, path=path, facing=facing, gone=gone)
+    heading, place, expected = _along_path(path)
+    facing, driven = _driven(heading, twist)
+    block = replace(signals.block, heading=heading, place=place, reading=expected)
+    return replace(signals, block=block, path=path, facing=facing, driven=driven)
 
 
 def _along_path(path: Array) -> tuple[Array, Array, Array]:
-    """Return headings, places and a perfect linkage's readings of K steps along a path (K + 1, T, 3)."""
+    """Return headings (K, T), positions (K, T, 2) and expected readings (K, 3) in steps along a path."""
     middle = 0.5 * (path[1:] + path[:-1])
-    return middle[:, :, 2], middle[:, :, :2], _unwrapped_reading(path)[1:]
+    if path.shape[1] == 1:
+        return middle[:, :, 2], middle[:, :, :2], np.zeros((len(middle), 0))
+    reading = expected_reading(path)
+    reading[:, :2] = np.unwrap(reading[:, :2], axis=0)
+    return middle[:, :, 2], middle[:, :, :2], reading[1:]
 
 
-def _gone(heading: Array, twist: Array) -> tuple[Array, Array]:
-    """Return the directions (K, T, 2) of headings, and the way (K + 1, T, 3) of trucks in the world."""
+def _driven(heading: Array, twist: Array) -> tuple[Array, Array]:
+    """Return cosine and sine (K, T, 2) of headings, and the displacement (K + 1, T, 3) by twists."""
     facing = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-    gone = np.zeros((len(twist) + 1, *twist.shape[1:]))
-    gone[1:, :, 0] = facing[..., 0] * twist[..., 0] - facing[..., 1] * twist[..., 1]
-    gone[1:, :, 1] = facing[..., 1] * twist[..., 0] + facing[..., 0] * twist[..., 1]
-    gone[1:, :, 2] = twist[..., 2]
-    return facing, np.cumsum(gone, axis=0)
+    driven = np.zeros((len(twist) + 1, *twist.shape[1:]))
+    driven[1:, :, 0] = facing[..., 0] * twist[..., 0] - facing[..., 1] * twist[..., 1]
+    driven[1:, :, 1] = facing[..., 1] * twist[..., 0] + facing[..., 0] * twist[..., 1]
+    driven[1:, :, 2] = twist[..., 2]
+    return facing, np.cumsum(driven, axis=0)
 
 
 def grid(time: Array) -> NDArray[np.int64]:
-    """Return the samples, evenly spaced in time, at which windows end; the first and the last among them."""
+    """Return the samples at which windows end: evenly spaced in time, including the first and the last."""
     count = max(2, round((time[-1] - time[0]) / WINDOW))
     return np.unique(np.searchsorted(time, np.linspace(time[0], time[-1], count + 1)).clip(max=len(time) - 1))
 
 
-def _unwrapped_reading(path: Array) -> Array:
-    """Return the readings (N, 3) of a perfect linkage along a path, its joints unwrapped."""
-    if path.shape[1] == 1:
-        return np.zeros((len(path), 0))
-    reading = expected_reading(path)
-    reading[:, :2] = np.unwrap(reading[:, :2], axis=0)
-    return reading
-
-
-def _smoothing(vehicle: VehicleParameters) -> float:
-    """Return the time over which speeds are taken [s]: long against a count, short against a servo."""
-    count = max(abs(vehicle.metres_per_count(wheel)) for wheel in vehicle.wheels)
-    return float(np.clip(count / FINE, *SMOOTHING))
-
-
-def _rates(way: Array, time: Array, smoothing: float) -> tuple[Array, Array]:
+def _rates(travel: Array, time: Array, smoothing: float) -> tuple[Array, Array]:
     """Return the smoothed speed [m/s] and acceleration [m/s^2] of wheels in each step, `(N - 1, W)`."""
     period = float(np.median(np.diff(time)))
     half = max(1, round(0.5 * smoothing / period))
     index = np.arange(len(time))
     before, after = np.maximum(index - half, 0), np.minimum(index + half, len(time) - 1)
-    speed = (way[after] - way[before]) / np.maximum(time[after] - time[before], period)[:, None]
+    speed = (travel[after] - travel[before]) / np.maximum(time[after] - time[before], period)[:, None]
     acceleration = (speed[after] - speed[before]) / np.maximum(time[after] - time[before], period)[:, None]
     return 0.5 * (speed[1:] + speed[:-1]), 0.5 * (acceleration[1:] + acceleration[:-1])
 
 
 def _readings(recording: Recording) -> Array:
+    """Return joint_a, joint_b [rad] and link [m], `(N, 3)`; no columns without a linkage."""
     if recording.vehicle.linkage is None:
         return np.zeros((len(recording), 0))
     joints = [bridged(recording, joint, recording.joint_angle(joint)) for joint in JOINTS]
@@ -182,22 +169,27 @@ def _readings(recording: Recording) -> Array:
 
 
 def bridged(recording: Recording, channel: Channel, values: Array) -> Array:
-    """Return a channel's values (N,) with those of missing frames drawn between their neighbours.
+    """Return a channel's values (N,), interpolated where frames are missing.
 
-    Held values would make a wheel stand still for a sample, and then jump.
+    With values held, a wheel would stand still for a sample, and then jump.
     """
-    there = recording.is_present(channel)
-    if there.all() or not there.any():
+    present = recording.is_present(channel)
+    if present.all() or not present.any():
         return values
-    return np.asarray(np.interp(recording.time, recording.time[there], values[there]))
+    return np.asarray(np.interp(recording.time, recording.time[present], values[present]))
+
+
+def angle_of(recording: Recording, wheel: Channel) -> Array:
+    """Return a wheel's angle `(N,)` [rad], interpolated where frames are missing."""
+    return bridged(recording, wheel, recording.wheel_angle(wheel))
 
 
 def _usable(recording: Recording, twist: Array) -> Poses | None:
-    """Return the poses within the recording's time of which something is known, outliers being unknown.
+    """Return the poses within the recording's time, with outliers as unknown; None where none is known.
 
     Args:
-        recording: With the poses.
-        twist: Of the trucks by their wheels, (N - 1, T, 3).
+        recording: Recording with the poses.
+        twist: Twists of the trucks by their wheels, `(N - 1, T, 3)`.
     """
     poses, time = recording.poses, recording.time
     if poses is None:
@@ -213,25 +205,25 @@ def _usable(recording: Recording, twist: Array) -> Poses | None:
     order = np.flatnonzero(known)[np.argsort(poses.time[known], kind="stable")]
     when, body, pose = poses.time[order], poses.body[order], poses.pose[order]
     for number, truck in enumerate(recording.vehicle.trucks):
-        mine = np.flatnonzero(body == truck)
-        way = integrated(twist[:, number], np.zeros(3))
-        driven = np.stack([np.interp(when[mine], time, way[:, axis]) for axis in range(3)], axis=1)
-        pose[mine] = np.where(pose_outliers(pose[mine], driven), np.nan, pose[mine])
+        rows = np.flatnonzero(body == truck)
+        path = integrated(twist[:, number], np.zeros(3))
+        driven = np.stack([np.interp(when[rows], time, path[:, axis]) for axis in range(3)], axis=1)
+        pose[rows] = np.where(pose_outliers(pose[rows], driven), np.nan, pose[rows])
     known = np.isfinite(pose).any(axis=1)
     return type(poses)(when[known], body[known], pose[known], poses.sigma[order][known])
 
 
 def _path(recording: Recording, twist: Array, reading: Array, poses: Poses | None) -> Array:
-    """Return poses (N, T, 3) that know the past only, but for sparse measured poses."""
+    """Return poses (N, T, 3) that depend on the past only, except where poses are sparse."""
     time = recording.time
-    own = None if poses is None else poses.of("a")
-    first = np.zeros(3) if own is None else _start(own)
-    if own is not None and is_dense(own):
-        first[2] = own.pose[np.isfinite(own.pose[:, 2]), 2][0]
-        after = np.searchsorted(time, own.time)
-        lead = follow_poses(twist[:, 0].copy(), time, first, own.time, own.pose, after)
+    of_lead = None if poses is None or not len(poses.of("a").time) else poses.of("a")
+    first = np.zeros(3) if of_lead is None else np.where(np.isfinite(of_lead.pose[0]), of_lead.pose[0], 0.0)
+    if of_lead is not None and is_dense(of_lead):
+        first[2] = of_lead.pose[np.isfinite(of_lead.pose[:, 2]), 2][0]
+        after = np.searchsorted(time, of_lead.time)
+        lead = follow_poses(twist[:, 0].copy(), time, first, of_lead.time, of_lead.pose, after)
     else:
-        lead = _between_poses(time, twist[:, 0], own, first)
+        lead = _between_poses(time, twist[:, 0], of_lead, first)
     if reading.shape[1] == 0:
         return lead[:, None, :]
     behind = between(lead, follower(lead, reading[:, 0], reading[:, 1], reading[:, 2]))
@@ -239,61 +231,54 @@ def _path(recording: Recording, twist: Array, reading: Array, poses: Poses | Non
 
 
 def is_turned(poses: Poses) -> bool:
-    """Say whether positions are measured together with headings that differ, and often enough.
+    """Say whether enough whole poses are measured, and in different directions.
 
-    Where a reference sits on a truck does not show in a single direction. With where the truck began it is
-    six numbers: twice as many have to be measured.
+    The offset of a reference on its truck is not identifiable from a single heading. With the start it is
+    six parameters: twice as many values have to be measured.
     """
     known = np.isfinite(poses.pose).all(axis=1)
     headings = poses.pose[known, 2]
-    return headings.size >= 4 and bool(np.any(np.abs(wrap(headings - headings[0])) > TURNED))
+    return headings.size >= 4 and bool(np.any(np.abs(wrap(headings - headings[0])) > MIN_TURN))
 
 
 def is_dense(poses: Poses) -> bool:
-    """Say whether whole poses come often enough that a path need not look ahead to the next."""
+    """Say whether whole poses are frequent enough for a path that depends on the past only."""
     known = np.isfinite(poses.pose).all(axis=1)
     return int(known.sum()) > 2 and float(np.median(np.diff(poses.time[known]))) < FORGETTING
 
 
-def _between_poses(time: Array, twist: Array, own: Poses | None, first: Array) -> Array:
-    """Return odometry (N, 3) of truck a, drawn to poses that are measured now and then."""
+def _between_poses(time: Array, twist: Array, poses: Poses | None, first: Array) -> Array:
+    """Return odometry (N, 3) of truck a, corrected by interpolation between sparse poses."""
     lead = integrated(twist, first)
-    if own is None or len(own.time) == 0:
+    if poses is None:
         return lead
-    own = _averaged(own)
-    heading = np.isfinite(own.pose[:, 2])
-    if heading.any():
-        at = own.time[heading]
-        off = np.unwrap(wrap(own.pose[heading, 2] - np.interp(at, time, lead[:, 2])))
-        turn = np.interp(time, at, off)
+    poses = _thinned(poses)
+    known = np.isfinite(poses.pose)
+    if known[:, 2].any():
+        at = poses.time[known[:, 2]]
+        error = np.unwrap(wrap(poses.pose[known[:, 2], 2] - np.interp(at, time, lead[:, 2])))
+        turn = np.interp(time, at, error)
     else:
-        turn = np.full(len(time), _direction(own, time, lead))
-    lead = _along(lead, twist, turn)
+        turn = np.full(len(time), _direction(poses, time, lead))
+    lead = integrate_twists(twist, lead[:, 2] + turn, lead[0])
     for axis in range(2):
-        known = np.isfinite(own.pose[:, axis])
-        if known.any():
-            at = own.time[known]
-            off = own.pose[known, axis] - np.interp(at, time, lead[:, axis])
-            lead[:, axis] += np.interp(time, at, off)
+        if known[:, axis].any():
+            at = poses.time[known[:, axis]]
+            error = poses.pose[known[:, axis], axis] - np.interp(at, time, lead[:, axis])
+            lead[:, axis] += np.interp(time, at, error)
     return lead
 
 
-def _averaged(poses: Poses) -> Poses:
-    """Return poses no denser than the trajectory needs to follow them: means over short stretches."""
-    if len(poses.time) < 2:
-        return poses
-    stretch = np.floor((poses.time - poses.time[0]) / _COARSE).astype(int)
-    _, group = np.unique(stretch, return_inverse=True)
-    if group[-1] + 1 == len(poses.time):
-        return poses
-    middle = np.searchsorted(group, np.arange(group[-1] + 1))
-    last = np.append(middle[1:], len(group))
-    pick = (middle + last) // 2
+def _thinned(poses: Poses) -> Poses:
+    """Return poses no denser than a trajectory needs to follow them: the middle one of each interval."""
+    interval = np.floor((poses.time - poses.time[0]) / POSE_INTERVAL).astype(int)
+    first = np.flatnonzero(np.diff(interval, prepend=-1))
+    pick = (first + np.append(first[1:], len(interval))) // 2
     return type(poses)(poses.time[pick], poses.body[pick], poses.pose[pick], poses.sigma[pick])
 
 
 def _direction(poses: Poses, time: Array, path: Array) -> float:
-    """Return by how much to turn a path so that it runs as measured positions do [rad]."""
+    """Return the rotation [rad] that aligns a path with measured positions."""
     known = np.isfinite(poses.pose[:, :2]).all(axis=1)
     if known.sum() < 2:
         return 0.0
@@ -302,25 +287,12 @@ def _direction(poses: Poses, time: Array, path: Array) -> float:
     return float(np.angle(np.vdot(driven - driven.mean(), measured - measured.mean())))
 
 
-def _start(poses: Poses) -> Array:
-    """Return a start (3,) that is near the first poses; zero where nothing is known."""
-    if len(poses.time) == 0:
-        return np.zeros(3)
-    return np.where(np.isfinite(poses.pose[0]), poses.pose[0], 0.0)
-
-
 def integrated(twist: Array, start: Array) -> Array:
     """Return poses `(N, 3)` along N - 1 twists (forward [m], left [m], yaw [rad]) on exact arcs."""
     heading = np.concatenate(([start[2]], start[2] + np.cumsum(twist[:, 2])))
     return integrate_twists(twist, heading, start)
 
 
-def _along(path: Array, twist: Array, turn: Array) -> Array:
-    """Return a path turned at every sample by an angle (N,) [rad]."""
-    return integrate_twists(twist, path[:, 2] + turn, path[0])
-
-
 def expected_reading(path: Array) -> Array:
-    """Return what a perfect linkage reads along a path `(N, 2, 3)`: joint_a, joint_b [rad], link [m]."""
-    joint_a, joint_b, length = linkage_of(path[:, 0], path[:, 1])
-    return np.stack([joint_a, joint_b, length], axis=-1)
+    """Return joint_a, joint_b [rad] and link [m] of an ideal linkage along a path `(N, 2, 3)`, `(N, 3)`."""
+    return np.stack(linkage_of(path[:, 0], path[:, 1]), axis=-1)

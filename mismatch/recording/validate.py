@@ -1,4 +1,4 @@
-"""Whether recordings can be diagnosed at all: one robot, one clock, enough of a drive."""
+"""Whether recordings can be diagnosed: one robot, one clock, a drive that is long enough."""
 
 from __future__ import annotations
 
@@ -14,39 +14,42 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.recording import Recording
 
-SHORTEST = 15.0  # [s] of driving, all together: a lap's worth
-WAY = 1.0  # [m] rolled, all together
-_JUMP = 1.0  # [s] without a sample, after which the clock is said to have jumped
-_HALF = 0.5  # share of samples in which a channel has to be there
+MIN_TIME = 15.0  # [s] of all recordings together: about a lap
+MIN_TRAVEL = 1.0  # [m] rolled in all recordings together
+MAX_GAP = 1.0  # [s] without a sample; a longer gap is a jump of the clock if the wheels moved meanwhile
+MIN_PRESENT = 0.5  # fraction of samples in which a channel, and of poses that within the samples' time
 
 
 def check(recordings: Sequence[Recording]) -> None:
-    """Refuse recordings that are no recordings of one robot on one clock.
+    """Check that recordings are of one robot and on one clock.
 
     Raises:
-        RecordingError: what is wrong, in which recording, and what to do.
+        RecordingError: They are not; it states what is wrong, in which recording, and what to do.
     """
     first = recordings[0]
-    for one in recordings:
+    for recording in recordings:
         if (
-            one.vehicle.name != first.vehicle.name
-            or one.vehicle.expected_channels != first.vehicle.expected_channels
+            recording.vehicle.name != first.vehicle.name
+            or recording.vehicle.expected_channels != first.vehicle.expected_channels
         ):
             raise RecordingError(
-                one.source,
-                f"is of {one.vehicle.name!r} and {first.source} of {first.vehicle.name!r}; "
+                recording.source,
+                f"is of {recording.vehicle.name!r} and {first.source} of {first.vehicle.name!r}; "
                 "diagnose the recordings of one robot at a time",
             )
-        if one.vehicle.trucks != first.vehicle.trucks or one.vehicle.linkage != first.vehicle.linkage:
+        if (
+            recording.vehicle.trucks != first.vehicle.trucks
+            or recording.vehicle.linkage != first.vehicle.linkage
+        ):
             raise RecordingError(
-                one.source,
+                recording.source,
                 f"has another geometry in vehicle.toml than {first.source}; "
                 "diagnose recordings that were made with the same vehicle.toml",
             )
-        _check_clock(one)
-        _check_channels(one)
-        _check_poses(one)
-        _check_laps(one)
+        _check_clock(recording)
+        _check_channels(recording)
+        _check_poses(recording)
+        _check_laps(recording)
 
 
 def _check_clock(recording: Recording) -> None:
@@ -58,7 +61,7 @@ def _check_clock(recording: Recording) -> None:
             f"the clock goes back by {-steps[back]:.3f} s at {recording.time[back]:.3f} s; "
             "cut the log there and diagnose the parts as recordings of their own",
         )
-    longest = max(_JUMP, 20.0 * float(np.median(steps))) if len(steps) else _JUMP
+    longest = max(MAX_GAP, 20.0 * float(np.median(steps))) if len(steps) else MAX_GAP
     for at in np.flatnonzero(steps > longest).tolist():
         moved = np.abs(np.diff(recording.counts[at : at + 2], axis=0)).max()
         if steps[at] > 10.0 or moved > 0:
@@ -76,7 +79,7 @@ def _check_channels(recording: Recording) -> None:
                 recording.source, f"vehicle.toml has no encoder for {channel}; expected one for each channel"
             )
         share = float(recording.is_present(channel).mean())
-        if share < _HALF:
+        if share < MIN_PRESENT:
             encoder = recording.vehicle.encoder(channel)
             raise RecordingError(
                 recording.source,
@@ -90,7 +93,7 @@ def _check_poses(recording: Recording) -> None:
     if poses is None or len(poses.time) == 0:
         return
     inside = (poses.time >= recording.time[0]) & (poses.time <= recording.time[-1])
-    if inside.mean() < _HALF:
+    if inside.mean() < MIN_PRESENT:
         raise RecordingError(
             recording.source,
             f"{100.0 * (1.0 - inside.mean()):.0f} % of the poses lie outside the time of can.log "
@@ -112,19 +115,21 @@ def _check_laps(recording: Recording) -> None:
 
 
 def too_little(recordings: Sequence[Recording]) -> str:
-    """Return why recordings are too little to tell anything, and what to record; empty where they are not."""
-    span = sum(float(one.time[-1] - one.time[0]) for one in recordings)
-    if span < SHORTEST:
+    """Return why recordings are insufficient, and what to record; empty where they suffice."""
+    span = sum(float(recording.time[-1] - recording.time[0]) for recording in recordings)
+    if span < MIN_TIME:
         return f"{span:.1f} s of data are too little; record a minute or more, with turns both ways."
-    way = 0.0
-    for one in recordings:
-        for truck in one.vehicle.trucks:
-            left, right, _ = truck_travel(one, truck)
-            way += float(np.abs(np.diff(left)).sum() + np.abs(np.diff(right)).sum()) / 2.0
-    if way < WAY:
-        return f"the wheels rolled {way:.2f} m only; record a drive of several metres with turns both ways."
+    rolled = 0.0
+    for recording in recordings:
+        for truck in recording.vehicle.trucks:
+            left, right, _ = truck_travel(recording, truck)
+            rolled += float(np.abs(np.diff(left)).sum() + np.abs(np.diff(right)).sum()) / 2.0
+    if rolled < MIN_TRAVEL:
+        return (
+            f"the wheels rolled {rolled:.2f} m only; record a drive of several metres with turns both ways."
+        )
     single = recordings[0].vehicle.linkage is None
-    if single and all(one.poses is None for one in recordings):
+    if single and all(recording.poses is None for recording in recordings):
         return (
             "a single truck without absolute poses has nothing to be held against; "
             "measure its pose from outside (poses.csv), at the stops at least."
