@@ -69,10 +69,14 @@ def response(windows: Windows, effects: Sequence[Effect]) -> Response:
         path = signals.path[windows.ends, number]
         for effect in effects:
             if isinstance(effect, AgedSamples) and effect.acts_at() == "poses":
-                offset[:, pose] += windows.aged(number, partial(effect.age, start=signals.time[0]))
+                offset[:, pose] += windows.aged(number, partial(_age, effect, signals.time[0]))
             elif isinstance(effect, ReferenceOffset) and effect.component == truck:
                 offset[:, pose] += path - effect.truck(path)  # the path follows the measured reference
     return Response(inputs, offset)
+
+
+def _age(effect: AgedSamples, start: float, time: Array) -> Array:
+    return effect.age(time, start)
 
 
 def data(windows: Windows, base: Response) -> Columns:

@@ -1,7 +1,8 @@
-"""What acts at a place or time: where a wheel lost way, slipped, changed its size, or beats.
+"""Scans for candidates that act at a place or time: lost travel, slip, steps of a radius, and harmonics.
 
-Candidates only: each has to stand against all others. Bumps come from the disturbance smoother, window by
-window (de Jong & Penzer, JASA 1998); stretches, steps and harmonics from columns at the windows' pace.
+They are candidates only, which the search compares with all others. Bumps come from the disturbance smoother,
+window by window (de Jong & Penzer, JASA 1998); intervals, steps and harmonics from columns of travel in each
+window.
 """
 
 from __future__ import annotations
@@ -23,263 +24,263 @@ if TYPE_CHECKING:
 
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.candidates.terms import Term
-    from omnimate.mismatch.diagnosis import Key
     from omnimate.mismatch.evidence.conditional_fit import ConditionalFit
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.parameters import Channel
     from omnimate.vehicle.se2 import Array
 
-SEEN = 3.5  # sigma from which a place is a candidate; its odds pay for how many places there are
-PUSHED = 6.0  # sigma of what is plain: a push of three numbers that noise makes of none of a million windows
-FALLEN = (0.3, 0.5, 0.7)  # of a peak's strength, at which a push may begin and end
-LASTING = 2  # windows from which a push is a stretch: it may be a moment on the edge of both
-# Onsets of a bump, in windows after the begin of the one that shows it: a slow wheel takes half a second to
+SEEN = 3.5  # standard deviations from which a place is a candidate; its odds pay for the number of places
+# Standard deviations of a clear disturbance: the chi-square of a push exceeds 36, with three degrees of
+# freedom, in fewer than one in ten million windows of noise.
+CLEAR = 6.0
+BOUNDS = (0.3, 0.5, 0.7)  # fractions of a peak's strength at which a push may begin and end
+MIN_PUSH_WINDOWS = 2  # of a push that lasts: a single moment may be on the edge of both
+# [windows] onsets of a bump after the begin of the window that shows it: a slow wheel takes half a second to
 # pass an obstacle, and shows it best at the end.
 ONSETS = tuple(0.25 * quarter for quarter in range(-6, 4))
-ORDERS = tuple(range(2, 41))
+ORDERS = tuple(range(2, 41))  # harmonics of a wheel's turn
+MAX_CELLS = 240  # of a recording; they bound the cost of the scan
 _LIMITS = 24  # speeds above which counts may be lost
-CELLS = 240  # of a recording, however long that is
-_PLACES = 4  # stretches under one wheel that are looked at
-_STRONGEST = 16  # windows under one wheel
+_MAX_INTERVALS = 4  # candidates of slip under one wheel
+_MAX_MOMENTS = 16  # candidates of bumps under one wheel, and of pushes of one truck
 
-PushScores = Sequence[tuple["Array", "Array"]]  # of each recording, as `Regression.shocks` gives them
+PushScores = Sequence[tuple["Array", "Array"]]  # of each recording, as `Regression.push_scores` gives them
 
 
 def events(
     regression: Regression, conditionals: Sequence[ConditionalFit], *, nameless: bool = True
 ) -> list[Term]:
-    """Return candidates that act at a place or time, as what is left beside some sets shows them.
+    """Return candidates that act at a place or time, given some sets of effects.
 
     Args:
-        regression: Whose recordings to look at.
-        conditionals: Their fits given some sets.
-        nameless: Whether pushes are offered: not before the events that have names are where they belong.
+        regression: Regression of the recordings.
+        conditionals: Fits given each set.
+        nameless: Whether pushes are candidates: not before the named events have their final moments.
     """
-    shocks = [regression.push_scores(conditional.residual) for conditional in conditionals]
-    found = [
-        *(
-            single
-            for conditional, seen in zip(conditionals, shocks, strict=True)
-            for single in _bumps(regression, conditional, seen)
-        ),
-        *(push_terms(regression, shocks) if nameless else ()),
-        *spans(regression, conditionals),
-        *_losses(regression, conditionals),
-        *_harmonics(regression, conditionals),
-    ]
-    return merged([], found)
+    scores = [regression.push_scores(conditional.residual) for conditional in conditionals]
+    candidates = []
+    for conditional, of_set in zip(conditionals, scores, strict=True):
+        candidates += _bumps(regression, conditional, of_set)
+    if nameless:
+        candidates += push_terms(regression, scores)
+    candidates += spans(regression, conditionals)
+    candidates += _losses(regression, conditionals)
+    candidates += _harmonics(regression, conditionals)
+    return merged([], candidates)
 
 
-def _bumps(regression: Regression, conditional: ConditionalFit, shocks: PushScores) -> list[Term]:
-    """Return bumps under each wheel: the windows that stand out."""
-    found = []
-    tries = _windows(regression)
-    for windows, (scores, informations) in zip(regression.windows, shocks, strict=True):
-        sigmas = lost_travel_z_scores(windows, scores, informations)
+def _bumps(regression: Regression, conditional: ConditionalFit, push_scores: PushScores) -> list[Term]:
+    """Return bumps under each wheel in the windows with the most significant loss of travel.
+
+    The onset of each is the most significant one of `ONSETS`.
+    """
+    bumps = []
+    tries = _window_count(regression)
+    for windows, (scores, informations) in zip(regression.windows, push_scores, strict=True):
+        z_scores = lost_travel_z_scores(windows, scores, informations)
         for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
             for kind in effects_scanned_by("moments", wheel):
                 rolls_on = _rolls_on(windows, number, kind.estimated().scale)
-                own = np.where(rolls_on, sigmas[:, number], 0.0)
-                high = np.flatnonzero(own > SEEN)
-                begins = [float(windows.time[window]) for window in _separated(high, own)[:_STRONGEST]]
-                found += _begun(regression, conditional, (kind.name, wheel), begins, tries)
-    return found
+                of_wheel = np.where(rolls_on, z_scores[:, number], 0.0)
+                peaks = _separated(np.flatnonzero(of_wheel > SEEN), of_wheel)[:_MAX_MOMENTS]
+                if not peaks:
+                    continue
+                begins = windows.time[peaks, None] + WINDOW * np.array(ONSETS)
+                offers = [term(kind.name, wheel, tries, times=(time,)) for time in begins.ravel().tolist()]
+                significance = conditional.z_scores(regression.columns_of(offers)).reshape(begins.shape)
+                best = np.argmax(significance, axis=1) + len(ONSETS) * np.arange(len(peaks))
+                bumps += [offers[at] for at in best]
+    return bumps
 
 
-def push_terms(regression: Regression, shocks: Sequence[PushScores]) -> list[Term]:
-    """Return pushes of each truck, in one window or over a stretch.
+def push_terms(regression: Regression, push_scores: Sequence[PushScores]) -> list[Term]:
+    """Return pushes of each truck, in one window or over an interval.
 
     Args:
-        regression: Whose recordings to look at.
-        shocks: Of what is left of them beside some sets.
+        regression: Regression of the recordings.
+        push_scores: Scores and informations of pushes, given each of some sets of effects.
     """
-    found: list[Term] = []
-    tries = _windows(regression)
-    for seen in shocks:
-        for windows, (scores, informations) in zip(regression.windows, seen, strict=True):
+    pushes: list[Term] = []
+    tries = _window_count(regression)
+    for of_set in push_scores:
+        for windows, (scores, informations) in zip(regression.windows, of_set, strict=True):
             for number, truck in enumerate(windows.signals.trucks):
-                part = slice(3 * number, 3 * number + 3)
-                strength = np.sqrt(power(scores[:, part], informations[:, part, part]))
-                peaks = _separated(np.flatnonzero(strength > PUSHED), strength)[:_STRONGEST]
-                found += [push(truck, float(windows.time[window]), tries) for window in peaks]
-                found += [
+                pose = slice(3 * number, 3 * number + 3)
+                strength = np.sqrt(power(scores[:, pose], informations[:, pose, pose]))
+                peaks = _separated(np.flatnonzero(strength > CLEAR), strength)[:_MAX_MOMENTS]
+                pushes += [push(truck, float(windows.time[window]), tries) for window in peaks]
+                pushes += [
                     push(truck, begin, tries**2 // 2, end - begin)
                     for begin, end in _lasting(windows.time, strength, peaks)
                 ]
-    return merged([], found)
+    return merged([], pushes)
 
 
-def _windows(regression: Regression) -> int:
-    """Return how many windows all recordings have."""
+def _window_count(regression: Regression) -> int:
+    """Return the number of windows of all recordings."""
     return sum(len(windows.ends) for windows in regression.windows)
 
 
 def _lasting(time: Array, strength: Array, peaks: Sequence[int]) -> list[tuple[float, float]]:
-    """Return stretches of windows (begin, end) [s] about peaks in which a truck is pushed all the time.
+    """Return intervals (begin, end) [s] about peaks in which a truck is pushed in every window.
 
-    A displacement at a constant pace shows in each of its windows, and less in those beside it, which share
-    its readings: its bounds are where the strength has fallen to some part of the peak's.
+    A displacement at constant speed is significant in each of its windows, and less in the adjacent ones,
+    which share its readings: its bounds are where the strength falls to some fraction of the peak's.
 
     Args:
-        time: Of the windows' ends `(M + 1,)` [s].
-        strength: By how many sigma a truck is pushed in each window, `(M,)`.
-        peaks: Windows that stand out, the strongest first.
+        time: Times of the windows' ends, `(M + 1,)` [s].
+        strength: Significance of a push in each window, in standard deviations, `(M,)`.
+        peaks: Windows of local maxima, the largest first.
     """
-    found = set()
+    intervals = set()
     covered = np.zeros(len(strength), bool)
     for peak in peaks:
         if covered[peak]:
             continue
-        for part in FALLEN:
+        for part in BOUNDS:
             low = np.flatnonzero(strength < part * strength[peak])
             at = int(np.searchsorted(low, peak))
             first = int(low[at - 1]) + 1 if at > 0 else 0
             last = int(low[at]) if at < len(low) else len(strength)
             covered[first:last] = True
-            if last - first >= LASTING:
-                found.add((float(time[first]), float(time[last])))
-    return sorted(found)
+            if last - first >= MIN_PUSH_WINDOWS:
+                intervals.add((float(time[first]), float(time[last])))
+    return sorted(intervals)
 
 
 def _rolls_on(windows: Windows, wheel: int, lost: float) -> NDArray[np.bool_]:
-    """Say in which windows (M,) a wheel rolls, within a second, the distance [m] that an obstacle takes.
+    """Say in which windows (M,) a wheel rolls, within `EVENT_MARGIN`, the distance [m] that it would lose.
 
-    No wheel loses more way than it rolls.
+    No wheel loses more travel than it rolls.
     """
-    ahead = np.convolve(windows.rolled[:, wheel], np.ones(round(EVENT_MARGIN / WINDOW)))[
-        -len(windows.rolled) :
-    ]
-    return np.asarray(ahead > lost)
-
-
-def _begun(
-    regression: Regression, conditional: ConditionalFit, key: Key, windows: Sequence[float], tries: int
-) -> list[Term]:
-    """Return events of an effect and wheel in windows that begin at some times [s].
-
-    The onset of each is where it is seen best.
-    """
-    offers = [term(*key, tries, times=(begin + shift * WINDOW,)) for begin in windows for shift in ONSETS]
-    if not offers:
-        return []
-    sigmas = conditional.z_scores(regression.columns_of(offers)).reshape(len(windows), len(ONSETS))
-    return [offers[len(ONSETS) * row + int(np.argmax(own))] for row, own in enumerate(sigmas)]
+    ahead = np.convolve(windows.rolled[:, wheel], np.ones(round(EVENT_MARGIN / WINDOW)))
+    return np.asarray(ahead[-len(windows.rolled) :] > lost)
 
 
 def lost_travel_z_scores(windows: Windows, scores: Array, informations: Array) -> Array:
-    """Return by how many sigma each wheel lost way in each window, `(M, W)`."""
+    """Return the z score of travel that each wheel lost in each window, `(M, W)`."""
     lever = -np.sign(travelled(windows))[:, :, None] * windows.lever
     score = np.einsum("mwn,mn->mw", lever, scores)
     information = np.einsum("mwi,mij,mwj->mw", lever, informations, lever)
     return np.where(information > 0.0, score / np.sqrt(np.maximum(information, 1e-300)), 0.0)
 
 
-def _separated(high: NDArray[np.int64], sigmas: Array) -> list[int]:
-    """Return the strongest of windows that lie next to each other, the strongest first."""
+def _separated(high: NDArray[np.int64], z_scores: Array) -> list[int]:
+    """Return the local maxima of z scores among some windows, more than two windows apart, largest first."""
     chosen: list[int] = []
-    for window in sorted(high.tolist(), key=lambda at: -sigmas[at]):
+    for window in sorted(high.tolist(), key=lambda at: -z_scores[at]):
         if all(abs(window - other) > 2 for other in chosen):
             chosen.append(window)
     return chosen
 
 
-def spans(regression: Regression, conditionals: Sequence[ConditionalFit], most: int = CELLS) -> list[Term]:
-    """Return stretches of time in which wheels slipped, and moments at which their radius changed.
+def spans(
+    regression: Regression, conditionals: Sequence[ConditionalFit], max_cells: int = MAX_CELLS
+) -> list[Term]:
+    """Return intervals in which wheels slipped, and moments at which their radius changed.
 
-    A recording is cut into cells; the column of a stretch is the sum of those of its cells, and so all
-    stretches of whole cells are compared at once.
+    A recording is divided into cells of time; the column of an interval is the sum of those of its cells, and
+    so all intervals of whole cells are compared at once.
 
     Args:
-        regression: Whose recordings to look at.
-        conditionals: Their fits given some sets.
-        most: Cells of a recording, at most.
+        regression: Regression of the recordings.
+        conditionals: Fits given some sets of effects.
+        max_cells: Largest number of cells of a recording.
     """
-    edges = [_cells(windows, most) for windows in regression.windows]
-    counts = [len(own) - 1 for own in edges]
-    firsts = np.concatenate(([0], np.cumsum(counts)))
-    begins = np.concatenate([own[:-1] for own in edges])
-    places = _windows(regression)
-    found = []
+    edges = [_cells(windows, max_cells) for windows in regression.windows]
+    firsts = np.cumsum([0, *(len(of_recording) - 1 for of_recording in edges)])
+    begins = np.concatenate([of_recording[:-1] for of_recording in edges])
+    tries = _window_count(regression)
+    candidates = []
     for number, wheel in enumerate(wheels_of(regression)):
-        ways = [np.zeros((len(windows.rolled), firsts[-1])) for windows in regression.windows]
-        for own, windows, cells, first in zip(ways, regression.windows, edges, firsts, strict=False):
-            middle = 0.5 * (windows.time[1:] + windows.time[:-1])
-            inside = np.arange(np.searchsorted(middle, cells[0]), np.searchsorted(middle, cells[-1]))
-            cell = np.searchsorted(cells, middle[inside], side="right") - 1
-            own[inside, first + cell] = -travelled(windows)[inside, number]
-        columns = regression.whiten_travel(number, ways)
+        travel = [
+            _travel_of_cells(windows, number, cells, first, int(firsts[-1]))
+            for windows, cells, first in zip(regression.windows, edges, firsts.tolist(), strict=False)
+        ]
+        columns = regression.whiten_travel(number, travel)
         for conditional in conditionals:
             gram, score = conditional.products_of(columns)
-            offers = _steps(wheel, begins, score, gram, places)
-            for own, first, end in zip(edges, firsts, firsts[1:], strict=False):
-                mine = slice(first, end)
-                offers += _slips(wheel, own, score[mine], gram[mine, mine], places**2 // 2)
-            found += _bounded(regression, conditional, [each for each in offers if lasts(regression, each)])
-    return found
+            offers = _steps(wheel, begins, score, gram, tries)
+            for of_recording, first, last in zip(edges, firsts, firsts[1:], strict=False):
+                cells = slice(first, last)
+                offers += _slips(wheel, of_recording, score[cells], gram[cells, cells], tries**2 // 2)
+            candidates += _bounded(regression, conditional, [o for o in offers if lasts(regression, o)])
+    return candidates
+
+
+def _travel_of_cells(windows: Windows, wheel: int, edges: Array, first: int, count: int) -> Array:
+    """Return minus a wheel's travel (M, count) in each window [m], in the column of the window's cell."""
+    middle = 0.5 * (windows.time[1:] + windows.time[:-1])
+    inside = np.arange(*np.searchsorted(middle, (edges[0], edges[-1])))
+    travel = np.zeros((len(middle), count))
+    cell = first + np.searchsorted(edges, middle[inside], side="right") - 1
+    travel[inside, cell] = -travelled(windows)[inside, wheel]
+    return travel
 
 
 def _bounded(regression: Regression, conditional: ConditionalFit, offers: Sequence[Term]) -> list[Term]:
-    """Return stretches, steps and losses, the plain ones with their bounds where they are seen best.
+    """Return candidates with the bounds of clear ones refined.
 
-    What a plain one leaves by bounds that are off by a part of a cell is far more than noise, and would count
-    against it.
+    The residual of a clear one with bounds that are wrong by a part of a cell exceeds the noise, and would
+    count against it.
     """
     if not offers:
         return []
-    sigmas = np.abs(conditional.z_scores(regression.columns_of(offers)))
+    significance = np.abs(conditional.z_scores(regression.columns_of(offers)))
     return [
-        refine(regression, conditional, single) if strong > PUSHED else single
-        for single, strong in zip(offers, sigmas.tolist(), strict=True)
+        refine(regression, conditional, offer) if z_score > CLEAR else offer
+        for offer, z_score in zip(offers, significance.tolist(), strict=True)
     ]
 
 
-def _cells(windows: Windows, most: int) -> Array:
+def _cells(windows: Windows, max_cells: int) -> Array:
     """Return the edges of a recording's cells [s]."""
     start, end = float(windows.time[0]), float(windows.time[-1])
-    count = int(np.clip((end - start) / SHORTEST, 1, most))
+    count = int(np.clip((end - start) / SHORTEST, 1, max_cells))
     return np.linspace(start, end, count + 1)
 
 
 def _slips(wheel: str, edges: Array, score: Array, gram: Array, tries: int) -> list[Term]:
-    """Return the stretches, at most a few, that stand out most, none overlapping another.
+    """Return candidates of slip in the most significant intervals, none of which overlap.
 
     Args:
-        wheel: Under which they are.
-        edges: Of the K cells [s], shape `(K + 1,)`.
+        wheel: Wheel that slips.
+        edges: Edges of the K cells [s], shape `(K + 1,)`.
         score: Products of the cells' columns with the data, shape `(K,)`.
-        gram: Of them with each other, shape `(K, K)`.
-        tries: Stretches that share the odds: a begin and an end at any of the windows.
+        gram: Products of them with each other, shape `(K, K)`.
+        tries: Number of intervals among which the candidates are chosen: any window may begin or end one.
     """
     count = len(score)
-    along = np.concatenate(([0.0], np.cumsum(score)))
+    score_up_to = np.concatenate(([0.0], np.cumsum(score)))
     area = np.zeros((count + 1, count + 1))
     area[1:, 1:] = gram.cumsum(axis=0).cumsum(axis=1)
     diagonal = np.diagonal(area)
-    power = diagonal[None, :] + diagonal[:, None] - area - area.T  # of the cells from row to column
+    information = diagonal[None, :] + diagonal[:, None] - area - area.T  # of the cells from row to column
     start, end = np.triu_indices(count + 1, 1)
-    sigmas = (along[end] - along[start]) / np.sqrt(np.maximum(power[start, end], 1e-12))
-    sigmas[2 * (end - start) > count] = 0.0  # a wheel that slips nearly always is a smaller wheel
-    found = []
-    for _ in range(_PLACES):
-        at = int(np.argmax(sigmas))
-        if sigmas[at] < SEEN:
+    z_scores = (score_up_to[end] - score_up_to[start]) / np.sqrt(np.maximum(information[start, end], 1e-12))
+    z_scores[2 * (end - start) > count] = 0.0  # a wheel that slips most of the time is a smaller wheel
+    candidates = []
+    for _ in range(_MAX_INTERVALS):
+        at = int(np.argmax(z_scores))
+        if z_scores[at] < SEEN:
             break
-        span = (float(edges[start[at]]), float(edges[end[at]]))
-        found += [
-            term(kind.name, wheel, tries, intervals=(span,)) for kind in effects_scanned_by("interval", wheel)
+        interval = (float(edges[start[at]]), float(edges[end[at]]))
+        candidates += [
+            term(kind.name, wheel, tries, intervals=(interval,))
+            for kind in effects_scanned_by("interval", wheel)
         ]
-        sigmas[(start < end[at]) & (end > start[at])] = 0.0
-    return found
+        z_scores[(start < end[at]) & (end > start[at])] = 0.0
+    return candidates
 
 
 def _steps(wheel: str, moments: Array, score: Array, gram: Array, tries: int) -> list[Term]:
-    """Return the moment [s] of all cells' (K,) beginnings at which a radius changed most, if it did."""
-    count = len(score)
+    """Return a step of a wheel's radius at the most significant of moments (K,) [s], if one is."""
     after = np.cumsum(score[::-1])[::-1]
-    power = np.diagonal(gram[::-1, ::-1].cumsum(axis=0).cumsum(axis=1))[::-1]
-    sigmas = np.abs(after) / np.sqrt(np.maximum(power, 1e-12))
-    at = int(np.argmax(sigmas[1:])) + 1 if count > 1 else 0
-    if at == 0 or sigmas[at] < SEEN:
+    information = np.diagonal(gram[::-1, ::-1].cumsum(axis=0).cumsum(axis=1))[::-1]
+    z_scores = np.abs(after) / np.sqrt(np.maximum(information, 1e-12))
+    z_scores[0] = 0.0  # a radius that differs from the beginning on is no step
+    at = int(np.argmax(z_scores))
+    if z_scores[at] < SEEN:
         return []
     time = float(moments[at])
     return [term(kind.name, wheel, tries, time=time) for kind in effects_scanned_by("step", wheel)]
@@ -287,63 +288,64 @@ def _steps(wheel: str, moments: Array, score: Array, gram: Array, tries: int) ->
 
 def _losses(regression: Regression, conditionals: Sequence[ConditionalFit]) -> list[Term]:
     """Return speeds above which a wheel's counts are lost."""
-    found: list[list[Term]] = [[] for _ in conditionals]
+    candidates: list[list[Term]] = [[] for _ in conditionals]
     blocks = [windows.signals.block for windows in regression.windows]
     for number, wheel in enumerate(wheels_of(regression)):
         speeds = [np.abs(block.speed[:, number]) for block in blocks]
         limits = np.quantile(np.concatenate(speeds), np.linspace(0.02, 0.98, _LIMITS))
-        ways = [
+        travel = [
             np.add.reduceat(
                 np.where(speed[:, None] > limits, block.travel[:, number, None], 0.0), windows.ends[:-1]
             )
             for speed, block, windows in zip(speeds, blocks, regression.windows, strict=True)
         ]
-        columns = regression.whiten_travel(number, ways)
-        for conditional, offers in zip(conditionals, found, strict=True):
-            sigmas = conditional.z_scores(columns)
-            at = int(np.argmax(sigmas))
-            if sigmas[at] > SEEN and limits[at] > 0.0:
+        columns = regression.whiten_travel(number, travel)
+        for number_of_set, conditional in enumerate(conditionals):
+            z_scores = conditional.z_scores(columns)
+            at = int(np.argmax(z_scores))
+            if z_scores[at] > SEEN and limits[at] > 0.0:
                 above = round(float(limits[at]), 4)
                 for kind in effects_scanned_by("threshold", wheel):
                     offer = term(kind.name, wheel, len(limits), above=above)
-                    offers.extend(_bounded(regression, conditional, [offer]))
-    return [single for offers in found for single in offers]
+                    candidates[number_of_set] += _bounded(regression, conditional, [offer])
+    return [candidate for of_set in candidates for candidate in of_set]
 
 
 def _harmonics(regression: Regression, conditionals: Sequence[ConditionalFit]) -> list[Term]:
-    """Return orders at which a wheel's travel beats."""
-    found: list[list[Term]] = [[] for _ in conditionals]
+    """Return the two most significant harmonics of each wheel's turn in its travel."""
+    candidates: list[list[Term]] = [[] for _ in conditionals]
     for number, wheel in enumerate(wheels_of(regression)):
-        ways = []
+        travel = []
         for windows in regression.windows:
             angle = windows.signals.block.angle[:, number]
-            turned = np.outer(np.concatenate((angle[:1], angle))[windows.ends], np.repeat(ORDERS, 2))
+            phase = np.outer(np.concatenate((angle[:1], angle))[windows.ends], np.repeat(ORDERS, 2))
             quarter = np.tile([0.0, 0.5 * np.pi], len(ORDERS))
-            ways.append(np.diff(np.cos(turned + quarter), axis=0))
-        columns = regression.whiten_travel(number, ways)
-        for conditional, offers in zip(conditionals, found, strict=True):
-            power = (conditional.z_scores(columns).reshape(len(ORDERS), 2) ** 2).sum(axis=1)
-            offers.extend(
+            travel.append(np.diff(np.cos(phase + quarter), axis=0))
+        columns = regression.whiten_travel(number, travel)
+        for conditional, of_set in zip(conditionals, candidates, strict=True):
+            chi_square = (conditional.z_scores(columns).reshape(len(ORDERS), 2) ** 2).sum(axis=1)
+            of_set += [
                 term(kind.name, wheel, len(ORDERS), order=float(ORDERS[at]))
                 for kind in effects_scanned_by("order", wheel)
-                for at in np.argsort(-power)[:2]
-                if power[at] > SEEN**2
-            )
-    return [single for offers in found for single in offers]
+                for at in np.argsort(-chi_square)[:2]
+                if chi_square[at] > SEEN**2
+            ]
+    return [candidate for of_set in candidates for candidate in of_set]
 
 
 def merged(known: Sequence[Term], new: Sequence[Term]) -> list[Term]:
-    """Return the new candidates that are not among the known."""
-    seen, fresh = [(single.key, single.fixed, single.size) for single in known], []
-    for single in new:
-        if (single.key, single.fixed, single.size) not in seen:
-            seen.append((single.key, single.fixed, single.size))
-            fresh.append(single)
+    """Return the new candidates that are neither among the known ones nor repeated."""
+    seen, fresh = [(candidate.key, candidate.fixed, candidate.size) for candidate in known], []
+    for candidate in new:
+        identity = candidate.key, candidate.fixed, candidate.size
+        if identity not in seen:
+            seen.append(identity)
+            fresh.append(candidate)
     return fresh
 
 
 def travelled(windows: Windows) -> Array:
-    """Return the way (M, W) of each wheel in each window [m]."""
+    """Return the travel of each wheel in each window, `(M, W)` [m]."""
     return np.asarray(np.add.reduceat(windows.signals.block.travel, windows.ends[:-1], axis=0))
 
 

@@ -1,4 +1,4 @@
-"""What is not linear in an effect: its moments, stretches of time and thresholds, and how sure they are."""
+"""Nonlinear parameters of effects: moments, intervals and thresholds, with their standard deviations."""
 
 from __future__ import annotations
 
@@ -15,67 +15,58 @@ if TYPE_CHECKING:
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.evidence.conditional_fit import ConditionalFit
+    from omnimate.vehicle.se2 import Array
 
-SHORTEST = 1.2  # [s] of a stretch: a robot's length at its pace; what is shorter is a bump
-_PATIENCE = 4  # moves in one direction
-_REACH = 5  # steps of a bump at once: its evidence has several hills
-_OFTEN = 10  # turns of a wheel before and after a step of its radius: a patch of the floor is shorter
-_WIDE = 100.0  # steps by which a moment may be off at most
+SHORTEST = 1.2  # [s] shortest interval, in which a robot travels about its length; shorter ones are bumps
+_MAX_MOVES = 4  # at each step size
+_BUMP_STEPS = 5  # steps by which a bump moves at once, at most: its evidence has several local maxima
+MIN_STEP_TURNS = 10  # [1] turns of a wheel before and after a step of its radius: a patch of floor is shorter
+_PRIOR_STEPS = 100.0  # prior standard deviation of a nonlinear parameter, in its finest steps
 MOVABLE = ("times", "time", "above", "intervals")
 
 
 def refine(regression: Regression, conditional: ConditionalFit, member: Term) -> Term:
-    """Return a term with its moments, interval or threshold where it is seen best beside a set.
+    """Return a term with its moments, interval or threshold at the largest z score given a set.
 
     Args:
-        regression: To whose recordings it is to fit.
-        conditional: Fit given the other members.
+        regression: Regression of the recordings.
+        conditional: Fit given the other members of the set.
         member: A term of one column.
     """
-    height = _height(regression, conditional, [member])[0]
+    z_score = _z_scores(regression, conditional, [member])[0]
     for step in _steps(regression, member):
-        for _ in range(_PATIENCE):
+        for _ in range(_MAX_MOVES):
             offers = [offer for offer in _moved(member, step) if lasts(regression, offer)]
             if not offers:
                 break
-            heights = _height(regression, conditional, offers)
-            at = int(np.argmax(heights))
-            if heights[at] <= height + 1e-6:
+            z_scores = _z_scores(regression, conditional, offers)
+            at = int(np.argmax(z_scores))
+            if z_scores[at] <= z_score + 1e-6:
                 break
-            member, height = offers[at], float(heights[at])
+            member, z_score = offers[at], float(z_scores[at])
     return member
 
 
-def _height(
-    regression: Regression, conditional: ConditionalFit, terms: Sequence[Term]
-) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return by how many sigma each term is seen."""
-    sigmas = conditional.z_scores(regression.columns_of(terms))
-    return sigmas if terms[0].positive else np.abs(sigmas)
-
-
-def rolled(regression: Regression, wheel: str, start: float, end: float) -> float:
-    """Return the way [m] that a wheel rolls between two times [s], whatever its direction."""
-    way = 0.0
-    for windows in regression.windows:
-        block = windows.signals.block
-        inside = (block.time > start) & (block.time <= end)
-        way += float(np.abs(block.travel[inside, wheel_number(wheel)]).sum())
-    return way
+def _z_scores(regression: Regression, conditional: ConditionalFit, terms: Sequence[Term]) -> Array:
+    """Return the z score of each term given a set, without its sign where either is possible."""
+    z_scores = conditional.z_scores(regression.columns_of(terms))
+    return z_scores if terms[0].positive else np.abs(z_scores)
 
 
 def lasts(regression: Regression, member: Term) -> bool:
-    """Say whether a wheel turns often before and after a step of its radius, which a patch would be else."""
+    """Say whether a wheel turns `MIN_STEP_TURNS` times before and after a step of its radius."""
     if member.scan != "step":
         return True
-    wheel, time = member.component, member.fixed["time"]
-    radius = wheel_radius(regression.windows[0].signals.block, wheel_number(wheel))
-    ways = rolled(regression, wheel, -math.inf, time), rolled(regression, wheel, time, math.inf)
-    return min(ways) >= 2.0 * math.pi * radius * _OFTEN
+    wheel, time = wheel_number(member.component), member.fixed["time"]
+    blocks = [windows.signals.block for windows in regression.windows]
+    total = sum(float(np.abs(block.travel[:, wheel]).sum()) for block in blocks)
+    before = sum(float(np.abs(block.travel[block.time <= time, wheel]).sum()) for block in blocks)
+    turn = 2.0 * math.pi * wheel_radius(blocks[0], wheel)
+    return min(before, total - before) >= MIN_STEP_TURNS * turn
 
 
 def _steps(regression: Regression, member: Term) -> tuple[float, ...]:
-    """Return by how much to move what is not linear, coarse to fine [s, m/s]."""
+    """Return the steps of a term's nonlinear parameters, coarse to fine [s, m/s]."""
     sample = float(regression.windows[0].signals.recording.vehicle.bus.sync_period)
     if member.scan == "moments":
         return 0.12, 0.04, sample
@@ -87,35 +78,33 @@ def _steps(regression: Regression, member: Term) -> tuple[float, ...]:
 
 
 def _moved(member: Term, step: float) -> list[Term]:
-    """Return a term with what is not linear moved by a step to either side, or a bump by several."""
-    found: list[dict[str, Any]] = []
+    """Return a term with its nonlinear parameters moved by a step to either side, or a bump by several."""
+    moved: list[dict[str, Any]] = []
     if "times" in member.fixed:
-        shifts = [number * step for number in range(-_REACH, _REACH + 1) if number]
-        found = [{"times": tuple(time + shift for time in member.fixed["times"])} for shift in shifts]
+        shifts = [number * step for number in range(-_BUMP_STEPS, _BUMP_STEPS + 1) if number]
+        moved = [{"times": tuple(time + shift for time in member.fixed["times"])} for shift in shifts]
     for sign in (-step, step):
         if "time" in member.fixed:
-            found.append({"time": member.fixed["time"] + sign})
+            moved.append({"time": member.fixed["time"] + sign})
         elif "above" in member.fixed:
-            found.append({"above": max(0.01, member.fixed["above"] + sign)})
+            moved.append({"above": max(0.01, member.fixed["above"] + sign)})
         elif "intervals" in member.fixed:
             start, end = member.fixed["intervals"][0]
             spans = (start + sign, end), (start, end + sign)
-            found += [{"intervals": (span,)} for span in spans if span[1] - span[0] >= SHORTEST]
-    return [member.at(**fixed) for fixed in found]
+            moved += [{"intervals": (span,)} for span in spans if span[1] - span[0] >= SHORTEST]
+    return [member.at(**fixed) for fixed in moved]
 
 
-def spreads(
-    regression: Regression, member: Term, values: np.ndarray[Any, np.dtype[np.float64]]
-) -> dict[str, tuple[float, ...]]:
-    """Return the standard deviations of what is not linear in a term, by name: of the Fisher information.
+def spreads(regression: Regression, member: Term, values: Array) -> dict[str, tuple[float, ...]]:
+    """Return the standard deviations of a term's nonlinear parameters, by name, from the Fisher information.
 
     Args:
-        regression: About the effects that fit best.
+        regression: Regression about the effects that fit best.
         member: A term of them.
         values: Its coefficients, `(k,)`.
     """
     step = min(_steps(regression, member), default=0.0)
-    found: dict[str, tuple[float, ...]] = {}
+    deviations: dict[str, tuple[float, ...]] = {}
     for name in MOVABLE:
         if step == 0.0 or name not in member.fixed:
             continue
@@ -125,15 +114,14 @@ def spreads(
             columns = regression.columns_of(pair)
             half = columns.shape[1] // 2
             slope = (columns[:, half:] - columns[:, :half]) @ values / (2.0 * step)
-            told = float(slope @ slope) + (_WIDE * step) ** -2
-            found[name] = (*found.get(name, ()), math.hypot(told**-0.5, step / math.sqrt(12.0)))
-    return found
+            information = float(slope @ slope) + (_PRIOR_STEPS * step) ** -2
+            deviation = math.hypot(information**-0.5, step / math.sqrt(12.0))
+            deviations[name] = (*deviations.get(name, ()), deviation)
+    return deviations
 
 
-def _replaced(
-    member: Term, name: str, numbers: np.ndarray[Any, np.dtype[np.float64]], at: int, step: float
-) -> Term:
-    """Return a term with one of its numbers moved by a step."""
+def _replaced(member: Term, name: str, numbers: Array, at: int, step: float) -> Term:
+    """Return a term with one value of a nonlinear parameter moved by a step."""
     moved = numbers.copy()
     moved[at] += step
     value: Any = float(moved[0]) if name in {"time", "above"} else tuple(moved.tolist())

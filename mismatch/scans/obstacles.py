@@ -41,24 +41,24 @@ if TYPE_CHECKING:
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
 
-MIN_ENCOUNTERS = 6  # below which obstacles are left to the search
-GAP = 2  # [windows] between two encounters: a slow wheel takes half a second to pass an obstacle
-AFTER = 8  # [windows] after an encounter that still show it
-LONGEST = 24  # [windows] of an encounter: what lasts longer is no crossing
-MAX_TURNS = 4  # of disturbed windows, and of noise without them
-SHAKING = (0.15, 0.3, 0.6, 1.2)  # shaking during an encounter, as shares of the lasting displacement
-PARTS = 8  # of a window, to which the begin of a crossing is refined
-MAX_LOG_ODDS = 200.0
-MIN_SPEED = 0.01  # [m/s] below which a wheel comes to a stand, or reverses
+MIN_ENCOUNTERS = 6  # fewer obstacles are left to the search
+MAX_GAP = 2  # [windows] within an encounter: a slow wheel takes half a second to pass an obstacle
+AFTER = 8  # [windows] after an encounter whose measurements still depend on it
+MAX_LENGTH = 24  # [windows] of an encounter: a longer disturbance is no crossing
+MAX_ITERATIONS = 4  # of disturbed windows, and of the noise without them
+SHAKING = (0.15, 0.3, 0.6, 1.2)  # [1] shaking during an encounter, over the lasting displacement
+PARTS = 8  # of a window, to which the beginning of a crossing is refined
+MAX_LOG_ODDS = 200.0  # larger ones differ by rounding errors alone
+MIN_SPEED = 0.01  # [m/s] a slower wheel stops or reverses
 
 
 @dataclass(frozen=True, slots=True)
 class Train(Term):
-    """All obstacles under one wheel as a candidate of one column, with what each takes of all being known.
+    """All obstacles under one wheel as a candidate of one column, with the ratios of their sizes fixed.
 
     Attributes:
-        shares: What each of them takes, in that of all on average, `(K,)`.
-        mean: What they take on average, in declared sizes.
+        shares: Travel lost at each, over the mean of all, `(K,)`.
+        mean: Mean travel lost, in declared sizes.
     """
 
     shares: tuple[float, ...] = ()
@@ -66,8 +66,7 @@ class Train(Term):
 
     def built(self, coefficients: Array) -> Effect:
         """Return the obstacles with this coefficient `(1,)`."""
-        lost = np.maximum(float(coefficients[0]), 0.0) * LOST * np.array(self.shares)
-        return _of(self.component, self.fixed["times"], lost)
+        return _obstacles(self.component, self.fixed["times"], max(float(coefficients[0]), 0.0), self.shares)
 
     @property
     def held(self) -> float:
@@ -76,34 +75,35 @@ class Train(Term):
 
     def at(self, **fixed: Any) -> Term:  # noqa: ANN401
         """Return the obstacles at other moments."""
-        times = tuple(fixed["times"])
-        return train(self.component, times, self.shares, self.mean, self.odds)
+        return train(self.component, tuple(fixed["times"]), self.shares, self.mean, self.odds)
 
 
 OBSTACLE = effects_scanned_by("moments", WHEEL[0])[0]
-SLIP = effects_scanned_by("interval", WHEEL[0])[0].estimated().scale
-LOST = OBSTACLE.estimated().scale
+SLIP = effects_scanned_by("interval", WHEEL[0])[0].estimated().scale  # [1] declared size
+LOST = OBSTACLE.estimated().scale  # [m] declared size
 
 
-def _of(wheel: str, times: tuple[float, ...], lost: Array) -> Effect:
-    """Return obstacles under a wheel that take lengths `(n,)` [m] at times [s]."""
-    values: dict[str, Any] = {"times": times, OBSTACLE.linear: tuple(lost.tolist())}
+def _obstacles(wheel: str, times: tuple[float, ...], size: float, shares: Sequence[float]) -> Effect:
+    """Return obstacles under a wheel at times [s], of a mean size in declared ones and shares of it."""
+    lost = tuple((size * LOST * np.array(shares)).tolist())
+    values: dict[str, Any] = {"times": times, OBSTACLE.linear: lost}
     return OBSTACLE(component=wheel, **values)
 
 
 def train(wheel: str, times: tuple[float, ...], shares: tuple[float, ...], mean: float, odds: float) -> Train:
-    """Return the candidate of obstacles under one wheel.
+    """Return the candidate of all obstacles under one wheel.
 
     Args:
-        wheel: Under which they are.
+        wheel: Wheel under which they are.
         times: When each crossing begins [s], in order.
-        shares: What each takes of what all take on average.
-        mean: What they take on average, in declared sizes.
-        odds: Log odds that they are there.
+        shares: Travel lost at each, over the mean of all.
+        mean: Mean travel lost, in declared sizes.
+        odds: Prior log odds.
     """
-    probe = _of(wheel, times, LOST * np.array(shares))
-    fixed = {"times": times}
-    return Train(OBSTACLE.name, wheel, (probe,), fixed, odds, positive=True, shares=shares, mean=mean)
+    probe = _obstacles(wheel, times, 1.0, shares)
+    return Train(
+        OBSTACLE.name, wheel, (probe,), {"times": times}, odds, positive=True, shares=shares, mean=mean
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,8 +111,8 @@ class Obstacles:
     """Obstacles that wheels crossed many times.
 
     Attributes:
-        terms: Obstacles under each wheel that crossed some.
-        disturbances: Of each recording process covariances `(M, n, n)` by which encounters shake the robot.
+        terms: Obstacles under each wheel that crossed any.
+        disturbances: Process covariance of each recording for the shaking in encounters, `(M, n, n)`.
         noise: Noise levels without disturbed windows.
     """
 
@@ -122,7 +122,7 @@ class Obstacles:
 
     @property
     def values(self) -> list[Array]:
-        """Their coefficients."""
+        """Coefficients of the terms."""
         return [np.array([term.held]) for term in self.terms]
 
 
@@ -131,12 +131,12 @@ class _Encounter:
     """A stretch of disturbed windows.
 
     Attributes:
-        number: Of the recording.
-        windows: Of it.
-        stretch: Of its windows.
-        travel: Of each wheel in each of these, `(n, W)` [m].
-        gram: Products of the columns of pushes (n 3 T) in each of them with each other.
-        score: Products with the residual of the data.
+        number: Number of the recording.
+        windows: Linear model of the recording.
+        stretch: Numbers of the disturbed windows.
+        travel: Travel of each wheel in each of them, `(n, W)` [m].
+        gram: Products of the columns of pushes in each of them with each other, `(n 3 T, n 3 T)`.
+        score: Products of these columns with the residual of the data, `(n 3 T,)`.
     """
 
     number: int
@@ -147,11 +147,11 @@ class _Encounter:
     score: Array
 
     def evidence(self, pushes: Array) -> float:
-        """Return the log evidence of pushes of which this is a root of the covariance, `(n 3 T, k)`."""
+        """Return the log evidence of pushes, of a covariance with the root `pushes` (n 3 T, k)."""
         return float(log_evidence(pushes.T @ self.gram @ pushes, pushes.T @ self.score, 1.0))
 
     def given(self, pushes: Array) -> tuple[Array, Array]:
-        """Return gram and score with some pushes, likewise a root, being noise."""
+        """Return gram and score with such pushes as noise."""
         shared = self.gram @ pushes
         precision = pushes.T @ shared + np.eye(pushes.shape[1])
         fitted = np.linalg.solve(precision, np.column_stack([shared.T, pushes.T @ self.score]))
@@ -163,9 +163,9 @@ class _Crossing:
     """An encounter explained as the crossing of an obstacle by a wheel.
 
     Attributes:
-        evidence: Log Bayes factor against nothing.
-        begin: When it begins [s].
-        lost: Travel that is lost [m].
+        evidence: Log Bayes factor against no disturbance.
+        begin: Time at which it begins [s].
+        lost: Travel lost [m].
     """
 
     evidence: float = -math.inf
@@ -174,11 +174,11 @@ class _Crossing:
 
 
 def find_obstacles(regression: Regression) -> Obstacles:
-    """Return the obstacles that wheels crossed many times, and the noise without them.
+    """Return the obstacles that wheels crossed many times, and the noise levels without them.
 
     Args:
-        regression: Of the nominal robot, with the columns of startup nuisances, whitened by the noise levels
-            of such a robot.
+        regression: Regression about the nominal robot, with the columns of startup nuisances, whitened by the
+            noise levels of such a robot.
     """
     encounters, noise = _encounters(regression)
     if len(encounters) < MIN_ENCOUNTERS:
@@ -205,9 +205,9 @@ def find_obstacles(regression: Regression) -> Obstacles:
         parts = tuple(crossing.lost / mean for _, crossing in pairs)
         terms.append(train(wheel, times, parts, mean / LOST, min(MAX_LOG_ODDS, odds[number])))
         for encounter, crossing in pairs:
-            sizes = np.diag((SHAKING[best] * crossing.lost * _shapes(encounter.windows)) ** 2)
-            trucks, during = slice(0, len(sizes)), slice(encounter.stretch.start, encounter.stretch.stop)
-            disturbances[encounter.number][during, trucks, trucks] += sizes
+            covariance = np.diag((SHAKING[best] * crossing.lost * _shapes(encounter.windows)) ** 2)
+            poses, during = slice(len(covariance)), slice(encounter.stretch.start, encounter.stretch.stop)
+            disturbances[encounter.number][during, poses, poses] += covariance
     return Obstacles(terms, disturbances, noise if terms else regression.noise)
 
 
@@ -219,7 +219,7 @@ def no_obstacles(regression: Regression) -> Obstacles:
 
 
 def _shapes(windows: Windows) -> Array:
-    """Return by what a wheel that loses a metre moves each truck, `(3 T,)`: forward, aside, and round."""
+    """Return the size of each truck's motion (forward, left, yaw) by a metre of lost travel, `(3 T,)`."""
     return np.concatenate([(0.5, 0.5, 1.0 / base) for base in windows.signals.block.wheelbase])
 
 
@@ -227,7 +227,7 @@ def _encounters(regression: Regression) -> tuple[list[_Encounter], NoiseLevels]:
     """Return the stretches of disturbed windows, and the noise levels without these windows."""
     before, noise = -1, regression.noise
     inflated: list[Windows] = list(regression.windows)
-    for _ in range(MAX_TURNS):
+    for _ in range(MAX_ITERATIONS):
         inflated, count = inflate_disturbed_windows(*_residual(regression, inflated, noise))
         groups = [_groups(*pair) for pair in zip(regression.windows, inflated, strict=True)]
         if sum(map(len, groups)) < MIN_ENCOUNTERS:
@@ -250,7 +250,7 @@ def _encounters(regression: Regression) -> tuple[list[_Encounter], NoiseLevels]:
                 rows,
             )
             for stretch, end in zip(stretches, ends[: len(stretches)], strict=True)
-            if len(stretch) <= LONGEST and not _stops(travel[stretch.start : stretch.stop])
+            if len(stretch) <= MAX_LENGTH and not _stops(travel[stretch.start : stretch.stop])
         ]
     return encounters, noise
 
@@ -265,10 +265,10 @@ def _residual(
 
 
 def _groups(windows: Windows, inflated: Windows) -> list[range]:
-    """Return the stretches of windows in which trucks are free, and a window before and after each."""
+    """Return ranges of disturbed windows, each with the window before and the one after."""
     added_variance = np.einsum("mii->mi", inflated.rounding - windows.rounding).sum(axis=1)
     disturbed = np.flatnonzero(added_variance > 0.0)
-    groups = np.split(disturbed, np.flatnonzero(np.diff(disturbed) > GAP) + 1) if len(disturbed) else []
+    groups = np.split(disturbed, np.flatnonzero(np.diff(disturbed) > MAX_GAP) + 1) if len(disturbed) else []
     return [
         range(max(0, int(group[0]) - 1), min(int(group[-1]) + 2, len(added_variance))) for group in groups
     ]
@@ -285,12 +285,12 @@ def _encounter(
     """Return an encounter with the products of pushes in each of its windows.
 
     Args:
-        regression: About the recordings.
-        number: Of the recording.
-        stretch: Of its windows.
-        travel: Of wheels in these, `(n, W)` [m].
-        end: Window up to which it may show.
-        rows: What is left of the data, `(V,)`.
+        regression: Regression of the recordings.
+        number: Number of the recording.
+        stretch: Numbers of the disturbed windows.
+        travel: Travel of the wheels in them, `(n, W)` [m].
+        end: Last window whose measurements may depend on it.
+        rows: Whitened residual of the data, `(V,)`.
     """
     windows, run = regression.windows[number], regression.filters[number]
     trucks = 3 * len(windows.signals.trucks)
@@ -309,24 +309,31 @@ def _encounter(
         np.ascontiguousarray(run.spread[ends]),
     )
     in_encounter = (regression.owner == number) & (regression.moment > first) & (regression.moment <= end)
-    columns = white[len(white) - np.count_nonzero(in_encounter) :]  # without what was measured before
+    columns = white[
+        len(white) - np.count_nonzero(in_encounter) :
+    ]  # without those before its first window ends
     return _Encounter(number, windows, stretch, travel, columns.T @ columns, columns.T @ rows[in_encounter])
 
 
 def _crossings(encounters: Sequence[_Encounter], shaking: float) -> list[list[_Crossing]]:
-    """Return what each encounter is if each wheel met an obstacle there, `(E, W)`."""
-    crossings = []
-    for encounter in encounters:
-        begins = encounter.windows.time[encounter.stretch.start : encounter.stretch.stop]
-        trucks = range(len(encounter.windows.signals.trucks))
-        crossings.append(
-            [crossing for truck in trucks for crossing in _crossed(encounter, truck, shaking, begins)]
-        )
-    return crossings
+    """Return each encounter explained as the crossing of an obstacle by each wheel, `(E, W)`."""
+    return [
+        [
+            crossing
+            for truck in range(len(encounter.windows.signals.trucks))
+            for crossing in _crossed(
+                encounter,
+                truck,
+                shaking,
+                encounter.windows.time[encounter.stretch.start : encounter.stretch.stop],
+            )
+        ]
+        for encounter in encounters
+    ]
 
 
 def _refined(encounter: _Encounter, wheel: int, shaking: float, crossing: _Crossing) -> _Crossing:
-    """Return a crossing with its begin where it is likeliest between two windows."""
+    """Return a crossing with its beginning at the most probable time between two windows."""
     begins = crossing.begin + WINDOW * np.linspace(-1.0, 1.0, 2 * PARTS + 1)
     return _crossed(encounter, wheel // 2, shaking, begins)[wheel % 2]
 
@@ -334,8 +341,8 @@ def _refined(encounter: _Encounter, wheel: int, shaking: float, crossing: _Cross
 def _crossed(encounter: _Encounter, truck: int, shaking: float, begins: Array) -> list[_Crossing]:
     """Return an encounter explained as a crossing by the left, and by the right wheel of a truck.
 
-    The wheel loses travel, with a discrepancy, and all trucks are shaken to and fro. Of all begins [s] the
-    likeliest counts; it shares the odds with the others.
+    The wheel loses travel, with a discrepancy, and all trucks are shaken to and fro. Of all times [s] at
+    which it may begin, the most probable is taken, with the evidence averaged over all.
     """
     shapes, count = _shapes(encounter.windows), len(encounter.stretch)
     part = slice(3 * truck, 3 * truck + 3)
@@ -357,14 +364,11 @@ def _crossed(encounter: _Encounter, truck: int, shaking: float, begins: Array) -
                 continue
             displacements, sizes = displacement.ravel(), []
             for size, odds, gram, score in conditional:
-                information, score_along = (
-                    float(displacements @ gram @ displacements),
-                    float(displacements @ score),
-                )
+                information, product = displacements @ gram @ displacements, displacements @ score
                 sigma = size / math.sqrt(1.0 + size**2 * information)
-                mean = sigma**2 * score_along
-                gain = float(log_evidence(np.array([[information]]), np.array([score_along]), size))
-                gain += math.log(2.0) + float(log_ndtr(mean / sigma))  # of both signs only this
+                mean = float(sigma**2 * product)
+                gain = float(log_evidence(np.array([[information]]), np.array([product]), size))
+                gain += math.log(2.0) + float(log_ndtr(mean / sigma))  # the sign is known
                 sizes.append((odds + gain, mean))
             total = float(np.logaddexp.reduce([evidence for evidence, _ in sizes])) - math.log(len(begins))
             candidates.append(_Crossing(total, begin, max(sizes)[1]))
@@ -373,9 +377,9 @@ def _crossed(encounter: _Encounter, truck: int, shaking: float, begins: Array) -
 
 
 def _loses(encounter: _Encounter, wheel: int, begin: float) -> Array | None:
-    """Return the displacement of trucks (n, 3 T) in each window if a wheel loses a metre from a time on.
+    """Return the motion of the trucks (n, 3 T) in each window if a wheel loses a metre from a time on.
 
-    None where the wheel rolls less far than an obstacle of the declared size is long.
+    None where the wheel does not roll over the whole of an obstacle of the declared size.
     """
     windows, stretch = encounter.windows, encounter.stretch
     block = windows.signals.block
@@ -397,8 +401,8 @@ def _loses(encounter: _Encounter, wheel: int, begin: float) -> Array | None:
 def _other_evidence(encounter: _Encounter) -> float:
     """Return the log evidence of an encounter without an obstacle.
 
-    A truck was pushed, or only turned, or only moved to and fro: a joint with backlash resembles a truck that
-    turns, a link with backlash one that moves ahead. Or a wheel slipped all the time.
+    A truck was pushed, only turned, or only moved forward and back: a joint with backlash resembles a truck
+    that turns, a link with backlash one that moves forward. Or a wheel slipped all the time.
     """
     windows, stretch = encounter.windows, encounter.stretch
     trucks, count = len(windows.signals.trucks), len(stretch)
@@ -429,7 +433,7 @@ def _mixtures(table: Array, other: Array) -> tuple[float, list[float], Array]:
 
     Args:
         table: Log evidence of each encounter for an obstacle under each wheel, `(E, W)`.
-        other: The same for anything else, `(E,)`.
+        other: Log evidence of each encounter without an obstacle, `(E,)`.
     """
     count, wheels = table.shape
     prior = OBSTACLE.prior.log_odds - 0.5 * math.log(count)  # less the BIC of one more mixture weight
@@ -453,7 +457,7 @@ def _mixtures(table: Array, other: Array) -> tuple[float, list[float], Array]:
 
 
 def _mixed(table: Array) -> tuple[float, Array]:
-    """Return the largest log likelihood of a mixture, and each case's shares, of log evidences (E, K)."""
+    """Return the largest log likelihood of a mixture of log evidences (E, K), and responsibilities (E, K)."""
     weights = np.full(table.shape[1], 1.0 / table.shape[1])
     for _ in range(50):
         parts = table + np.log(np.maximum(weights, 1e-300))
