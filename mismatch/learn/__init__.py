@@ -1,4 +1,1 @@
-"""What has no name is learned: a short formula, or a smooth curve, of what the robot does.
-
-`learn.learn` asks for the leftover of a recording and answers with an effect `law`, or with nothing.
-"""
+"""Laws of unknown errors, learned from residuals: a short formula, or a smooth curve."""

@@ -1,9 +1,9 @@
-"""What a law may be made of: terms of a formula, and curves over one variable, as columns with a prior.
+"""Candidates for a law: terms of a formula, and curves over one variable, as columns with a prior.
 
 A curve is a Gaussian process with a squared-exponential kernel, as a linear model: of sines on a domain wider
 than the data (Solin and Särkkä, Hilbert space methods for reduced-rank Gaussian process regression,
-Statistics and Computing 30, 2020), or of harmonics over an angle that goes round. Every variable enters in
-units of its own size in the drive, so that no answer depends on the unit in which it is stated.
+Statistics and Computing 30, 2020), or of harmonics of a periodic angle. Every variable enters in units of
+its root mean square in the drive, so that the result does not depend on the unit in which it is stated.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.se2 import Array
 
-SIZES = np.array([0.25, 1.0, 4.0, 16.0])  # of a law in its a-priori size, which is known by its order only
-WAVES = 4  # per turn of an angle, at most, that a formula may have
-BEATS = 40  # per turn of a wheel, likewise: gears and belts
+SIZES = np.array([0.25, 1.0, 4.0, 16.0])  # [a-priori sizes] of a law: that size is an order of magnitude
+MAX_ORDER = 4  # highest harmonic of an angle in a formula
+MAX_WHEEL_ORDER = 40  # highest harmonic of a wheel's angle: gears and belts
 # Lengths of curves in half ranges of their variable. The domain is twice as wide as the data (3.2 times the
 # longest length), and has 20 sines (1.75 times its width over the shortest length), as asked for in
 # Riutort-Mayol et al., Practical Hilbert space approximate Bayesian Gaussian processes, Statistics and
@@ -37,57 +37,57 @@ FREQUENCIES = 0.5 * math.pi / DOMAIN * np.arange(1.0, SINES + 1.0)
 # Lengths of curves over a turn [rad]; the harmonics above the eighth have under 4 % of its variance.
 TURN_LENGTHS = (0.25, 0.5, 1.0)
 HARMONICS = np.arange(9)
-KNOTS = 40  # at which a curve is written down; straight lines between them miss under 1 % of its variance
-MOMENTS = 160  # of a drive, at which an error may set in
-COARSE, LASTING = 4, 8  # every fourth of them, from one to one of the next eight of which it may last
+KNOTS = 40  # of the exported curve; linear interpolation between them misses under 1 % of its variance
+MOMENTS = 160  # of a drive, at which an error may begin
+COARSE, MAX_LENGTH = 4, 8  # an error may last from every fourth of them to one of the next eight of these
 
 Text = tuple[str, str]  # what a coefficient multiplies, and its unit
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Term:
-    """Summands of a formula that enter it together.
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Candidate:
+    """Columns that enter a law together.
 
     Attributes:
-        kind: What it is like, among the kinds that are equally likely: a constant, a line and so on.
-        texts: What the coefficient of each column multiplies, and its unit.
-        sizes: Root mean square of each over the drive, by which its column is divided, shape `(b,)`.
+        kind: Kind of candidate: a constant, a line and so on. All kinds have the same prior probability.
         basis: Columns, shape `(N, b)`.
         spreads: Prior standard deviations of the columns' coefficients, in a-priori sizes of the law: one row
             for each hyperparameter from which the evidence chooses, shape `(h, b)`.
     """
 
     kind: str
-    texts: tuple[Text, ...]
-    sizes: Array
     basis: Array
     spreads: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Term(Candidate):
+    """Summands of a formula that enter it together.
+
+    Attributes:
+        texts: What the coefficient of each column multiplies, and its unit.
+        sizes: Root mean square of each over the drive, by which its column is divided, shape `(b,)`.
+    """
+
+    texts: tuple[Text, ...]
+    sizes: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Curve(Candidate):
     """A smooth curve over one variable.
 
     Attributes:
-        kind: As of a `Term`.
-        variable: Its name.
+        variable: Name of the variable.
         period: Period in the variable's unit; 0 for none.
-        knots: Values of the variable at which the curve is written down, shape `(k,)`.
+        knots: Values of the variable at which the curve is exported, shape `(k,)`.
         at_knots: Columns at these values, shape `(k, b)`.
-        basis: Columns, shape `(N, b)`.
-        spreads: As of a `Term`, shape `(h, b)`.
     """
 
-    kind: str
     variable: str
     period: float
     knots: Array
     at_knots: Array
-    basis: Array
-    spreads: Array
-
-
-Candidate = Term | Curve
 
 
 def terms(variables: Mapping[str, Array]) -> Iterator[Term]:
@@ -102,7 +102,8 @@ def terms(variables: Mapping[str, Array]) -> Iterator[Term]:
         columns = [np.broadcast_to(parse(text).value(variables), shape) for text, _ in texts]
         basis = np.stack(columns, axis=1)
         sizes = np.sqrt(np.mean(basis**2, axis=0))
-        yield Term(kind, tuple(texts), sizes, basis / sizes, SIZES[:, None] * np.ones(len(texts)))
+        spreads = SIZES[:, None] * np.ones(len(texts))
+        yield Term(kind=kind, basis=basis / sizes, spreads=spreads, texts=tuple(texts), sizes=sizes)
 
 
 def _texts(variables: Mapping[str, Array]) -> Iterator[tuple[str, *tuple[Text, ...]]]:
@@ -110,7 +111,7 @@ def _texts(variables: Mapping[str, Array]) -> Iterator[tuple[str, *tuple[Text, .
     yield "constant", ("1", "1")
     for name in variables:
         yield "line", (name, VARIABLES[name].unit)
-    plain = [name for name, values in variables.items() if not _goes_round(name, values)]
+    plain = [name for name, values in variables.items() if not _is_periodic(name, values)]
     for name in plain:
         unit, values = VARIABLES[name].unit, variables[name]
         rms = f"{math.sqrt(np.mean(values**2)):.6g}"
@@ -125,19 +126,19 @@ def _texts(variables: Mapping[str, Array]) -> Iterator[tuple[str, *tuple[Text, .
         yield from _stretches(variables["time"])
     for name in variables:
         if VARIABLES[name].unit == "rad":
-            for order in range(1, 1 + (BEATS if name == WHEEL_ANGLE else WAVES)):
+            for order in range(1, 1 + (MAX_WHEEL_ORDER if name == WHEEL_ANGLE else MAX_ORDER)):
                 angle = name if order == 1 else f"{order} * {name}"
                 yield "wave", (f"sin({angle})", "1"), (f"cos({angle})", "1")
 
 
 def _stretches(time: Array) -> Iterator[tuple[str, Text]]:
-    """Yield errors that set in at a moment, and those that last from one moment to another."""
+    """Yield errors that begin at a moment, and those that last from one moment to another."""
     moments = [f"sign(time - {at:.6g})" for at in np.linspace(time.min(), time.max(), MOMENTS + 2)[1:-1]]
     for start in moments:
         yield "step", (start, "1")
     coarse = moments[::COARSE]
     for first, start in enumerate(coarse):
-        for end in coarse[first + 1 : first + 1 + LASTING]:
+        for end in coarse[first + 1 : first + 1 + MAX_LENGTH]:
             yield "stretch", (f"({start} - {end})", "1")
 
 
@@ -145,20 +146,34 @@ def curves(variables: Mapping[str, Array]) -> Iterator[Curve]:
     """Yield a curve over each variable that varies; for the arguments see `terms`."""
     for name, values in variables.items():
         low, high = np.quantile(values, [RARE, 1.0 - RARE])
-        if _goes_round(name, values):
-            knots = np.arange(KNOTS) * math.tau / KNOTS
-            yield Curve(
-                "curve", name, math.tau, knots, _harmonics(knots), _harmonics(values), _harmonic_spreads()
-            )
+        if _is_periodic(name, values):
+            # the Fourier series of a kernel that is wrapped round has its spectral density
+            orders = np.concatenate([HARMONICS, HARMONICS[1:]])
+            spreads = _spreads(TURN_LENGTHS, orders, np.where(orders > 0, 1.0, 0.5) / math.pi)
+            knots, period = np.arange(KNOTS) * math.tau / KNOTS, math.tau
+            columns, at_knots = _harmonics(values), _harmonics(knots)
         elif high > low:
             middle, half = 0.5 * (low + high), 0.5 * (high - low)
             at = np.linspace(-1.0, 1.0, KNOTS)
             within = np.clip((values - middle) / half, -1.0, 1.0)
-            yield Curve("curve", name, 0.0, middle + half * at, _sines(at), _sines(within), _sine_spreads())
+            spreads = _spreads(LENGTHS, FREQUENCIES, np.ones(SINES))
+            knots, period = middle + half * at, 0.0
+            columns, at_knots = _sines(within), _sines(at)
+        else:
+            continue
+        yield Curve(
+            kind="curve",
+            basis=columns,
+            spreads=spreads,
+            variable=name,
+            period=period,
+            knots=knots,
+            at_knots=at_knots,
+        )
 
 
-def _goes_round(name: str, values: Array) -> bool:
-    """Say whether a variable is an angle of which the drive has a whole turn."""
+def _is_periodic(name: str, values: Array) -> bool:
+    """Say whether a variable is an angle that turns a full circle in the drive."""
     return VARIABLES[name].unit == "rad" and float(np.ptp(values)) >= math.tau
 
 
@@ -167,23 +182,13 @@ def _sines(place: Array) -> Array:
     return np.asarray(np.sin((place[:, None] + DOMAIN) * FREQUENCIES) / math.sqrt(DOMAIN))
 
 
-def _sine_spreads() -> Array:
-    return _spreads(LENGTHS, FREQUENCIES, np.ones(SINES))
-
-
 def _harmonics(angle: Array) -> Array:
     """Return 1 and cosines and sines of multiples of angles [rad], `(N, b)`."""
     phase = angle[:, None] * HARMONICS
     return np.concatenate([np.cos(phase), np.sin(phase[:, 1:])], axis=1)
 
 
-def _harmonic_spreads() -> Array:
-    """Return the spreads of a kernel that is wrapped round: its Fourier series has its spectral density."""
-    orders = np.concatenate([HARMONICS, HARMONICS[1:]])
-    return _spreads(TURN_LENGTHS, orders, np.where(orders > 0, 1.0, 0.5) / math.pi)
-
-
 def _spreads(lengths: tuple[float, ...], frequency: Array, weight: Array) -> Array:
     """Return spreads `(h, b)`: roots of the squared-exponential kernel's spectral density, for every size."""
     density = [math.sqrt(math.tau) * length * np.exp(-0.5 * (frequency * length) ** 2) for length in lengths]
-    return np.vstack([SIZES[:, None] * np.sqrt(weight * one) for one in density])
+    return np.vstack([SIZES[:, None] * np.sqrt(weight * of_length) for of_length in density])

@@ -1,4 +1,4 @@
-"""Which candidates make a law: forward selection by what they predict of folds that they have not seen."""
+"""Choice of a law: forward selection of candidates by their log density of held-out folds."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from omnimate.mismatch.learn.evidence import Products
     from omnimate.vehicle.se2 import Array
 
-# Declared rate of laws that are learned from noise. Where there is nothing, the Bayes factor of a law
-# has the mean 1, and exceeds 1 / rate with at most this probability: Markov's inequality.
-FALSE = 0.01
-TERMS, CURVES = 4, 2  # in a law, at most
+# Declared rate of laws that are learned from noise. Without an error, the Bayes factor of a law has the mean
+# 1, and exceeds 1 / rate with at most this probability: Markov's inequality.
+FALSE_LAW_RATE = 0.01
+MAX_TERMS, MAX_CURVES = 4, 2  # in a law
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Option:
 
     Attributes:
         candidate: A term or a curve.
-        members: Its columns, shape `(b,)`.
+        members: Numbers of its columns, shape `(b,)`.
         spread: Prior standard deviations of their coefficients, shape `(b,)`.
         price: Minus the log of its probability among all options of all kinds [nat].
     """
@@ -46,13 +46,12 @@ class Option:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Candidates that make a law together.
+    """A law as a set of candidates.
 
     Attributes:
-        options: In the order in which they were chosen; none is no law.
+        options: Options in the order in which they were chosen; empty for no law.
         score: Log evidence against no law, less the prices of the options [nat].
-        gain: By how much the log density of each fold is higher than without a law, predicted from the
-            others, shape `(K,)`.
+        gain: Log density of each fold, predicted from the others, minus that without a law, shape `(K,)`.
     """
 
     options: tuple[Option, ...]
@@ -61,7 +60,7 @@ class Choice:
 
     @property
     def members(self) -> NDArray[np.int64]:
-        """Columns of all options, shape `(w,)`."""
+        """Numbers of the columns of all options, shape `(w,)`."""
         return np.concatenate([option.members for option in self.options])
 
     @property
@@ -73,8 +72,8 @@ class Choice:
 def options_of(candidates: Sequence[Candidate], scale: float) -> list[Option]:
     """Return every candidate with each of its hyperparameters.
 
-    All kinds of candidates are equally likely, and so are all options of one kind: the constant is not one
-    among a hundred products.
+    All kinds of candidates have the same prior probability, and so have all options of one kind: the constant
+    is not one among a hundred products.
 
     Args:
         candidates: Candidates in the order of their columns.
@@ -96,45 +95,45 @@ def choose(products: Products, options: Sequence[Option]) -> Choice:
     The one-standard-error rule is that of Hastie, Tibshirani and Friedman, The Elements of Statistical
     Learning, 2nd edition, 2009, section 7.10; the error is that of the difference in the same folds.
     """
-    simple = grow(products, [option for option in options if isinstance(option.candidate, Term)], TERMS)
-    smooth = grow(products, [option for option in options if isinstance(option.candidate, Curve)], CURVES)
+    simple = grow(products, [option for option in options if isinstance(option.candidate, Term)], MAX_TERMS)
+    smooth = grow(products, [option for option in options if isinstance(option.candidate, Curve)], MAX_CURVES)
     if not simple.options or not smooth.options:
         return simple if simple.options else smooth
-    more = smooth.gain - simple.gain
-    return smooth if more.sum() > error(more) else simple
+    difference = smooth.gain - simple.gain
+    return smooth if difference.sum() > error(difference) else simple
 
 
 def grow(products: Products, options: Sequence[Option], most: int) -> Choice:
-    """Return the options that forward selection adds to nothing, one after the other.
+    """Return the options that forward selection chooses, at most `most`.
 
-    Each must raise the log density of unseen folds by more than its price, and so must its evidence; the
-    first one must also pay for the declared false rate.
+    Each must raise both the log density of held-out folds and the evidence by more than its price; the first
+    one must also exceed the threshold of the declared rate of false laws.
     """
     best = Choice((), 0.0, np.zeros(len(products.cross)))
     for count in range(most):
         taken = {option.candidate for option in best.options}
         free = [option for option in options if option.candidate not in taken]
-        threshold = best.score - (0.0 if count else math.log(FALSE))
-        better = max(_added(products, best, free, threshold), key=_worth, default=best)
-        if _worth(better) <= _worth(best):
+        threshold = best.score - (0.0 if count else math.log(FALSE_LAW_RATE))
+        better = max(_added(products, best, free, threshold), key=_net_gain, default=best)
+        if _net_gain(better) <= _net_gain(best):
             break
         best = better
     return best
 
 
-def _worth(choice: Choice) -> float:
-    """Return by how much a choice raises the log density of unseen folds, less the prices of its options."""
+def _net_gain(choice: Choice) -> float:
+    """Return a choice's gain in log density of held-out folds, less the prices of its options [nat]."""
     return float(choice.gain.sum()) - sum(option.price for option in choice.options)
 
 
 def _added(products: Products, choice: Choice, options: Sequence[Option], threshold: float) -> list[Choice]:
-    """Return a choice with each option added that lifts the score above a threshold."""
+    """Return a choice with each option added whose score is then above a threshold."""
     added = []
     for _, group in groupby(options, key=lambda option: len(option.members)):
         longer = [(*choice.options, option) for option in group]
-        members = np.stack([np.concatenate([one.members for one in own]) for own in longer])
-        spread = np.stack([np.concatenate([one.spread for one in own]) for own in longer])
-        price = np.array([sum(one.price for one in own) for own in longer])
+        members = np.stack([np.concatenate([part.members for part in parts]) for parts in longer])
+        spread = np.stack([np.concatenate([part.spread for part in parts]) for parts in longer])
+        price = np.array([sum(part.price for part in parts) for parts in longer])
         score = products.evidence(members, spread, left_out=False)[0] - price
         high = np.flatnonzero(score > threshold)
         evidence = products.evidence(members[high], spread[high])

@@ -14,12 +14,13 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.se2 import Array
 
-TOLD = 1e-9  # of the largest product of a column with itself; what is below is what a projection left of zero
+# [1] relative to the largest expected square: smaller ones are rounding errors of a projection
+MIN_RELATIVE_VARIANCE = 1e-9
 
 
 @dataclass(frozen=True)
 class Products:
-    """What the rows of each of K folds say, as far as linear models of B columns need it.
+    """Sufficient statistics of the rows of each of K folds for linear models of B columns.
 
     Attributes:
         gram: Products of the columns with each other, shape `(K, B, B)`.
@@ -31,11 +32,11 @@ class Products:
 
     @classmethod
     def of(cls, columns: Array, rows: Array, folds: NDArray[np.int64]) -> Self:
-        """Return the products of columns `(R, B)` and rows `(R,)`, each row of the fold that it names."""
-        parts = [(columns[folds == fold], rows[folds == fold]) for fold in np.unique(folds)]
+        """Return the products of columns `(R, B)` and rows `(R,)`, given the fold of each row `(R,)`."""
+        masks = [folds == fold for fold in np.unique(folds)]
         return cls(
-            np.stack([own.T @ own for own, _ in parts]),
-            np.stack([own.T @ shown for own, shown in parts]),
+            np.stack([columns[mask].T @ columns[mask] for mask in masks]),
+            np.stack([columns[mask].T @ rows[mask] for mask in masks]),
         )
 
     def without(self, fold: int) -> Self:
@@ -49,16 +50,16 @@ class Products:
 
     @cached_property
     def sums(self) -> tuple[Array, Array]:
-        """Products of the columns with each other and with the rows: of all folds, then without each."""
-        totals = [
-            np.concatenate([own.sum(axis=0)[None], own.sum(axis=0) - own]) for own in (self.gram, self.cross)
-        ]
-        return totals[0], totals[1]
+        """Gram and cross products: of all folds, then without each."""
+        gram, cross = self.gram.sum(axis=0), self.cross.sum(axis=0)
+        return np.concatenate([gram[None], gram - self.gram]), np.concatenate(
+            [cross[None], cross - self.cross]
+        )
 
     def evidence(self, members: NDArray[np.int64], spread: Array, *, left_out: bool = True) -> Array:
         """Return the log evidence of models against no model: with all folds, then without each.
 
-        The log density of a fold's rows, predicted from all others, is the first less the fold's own.
+        The log density of a fold's rows, predicted from all others, is the first minus that of the fold.
 
         Args:
             members: Columns of each of P models, shape `(P, w)`.
@@ -68,7 +69,7 @@ class Products:
         Returns:
             Log evidence [nat] of rows with noise of unit variance, shape `(1 + K, P)`.
         """
-        gram, cross = self.sums if left_out else (own[:1] for own in self.sums)
+        gram, cross = self.sums if left_out else (total[:1] for total in self.sums)
         across = gram[:, members[:, :, None], members[:, None, :]]
         matrix, vector = _standard(across, cross[:, members], spread)
         root = np.linalg.cholesky(matrix + np.eye(members.shape[1]))
@@ -84,27 +85,27 @@ class Products:
             spread: Prior standard deviations of their coefficients, shape `(w,)`.
             training: Which data: 0 for all folds, k for all but fold k - 1.
         """
-        gram, cross = (own[training] for own in self.sums)
+        gram, cross = (total[training] for total in self.sums)
         matrix, vector = _standard(gram[np.ix_(members, members)], cross[members], spread)
         covariance = np.linalg.inv(matrix + np.eye(len(members)))
         return spread * (covariance @ vector), spread[:, None] * covariance * spread
 
     def noise(self, members: NDArray[np.int64], spread: Array) -> float:
-        """Return how large a model's errors are in folds that it has not seen, over what it expects there.
+        """Return the root mean square of a model's errors in held-out folds, over the expected one.
 
-        The errors are weighed with every column in turn, fold by fold, so that noise of the columns' own
-        colour counts as what it is: more than its rows' size. For white rows of unit size it is about 1.
+        The errors are projected onto every column in turn, fold by fold, so that noise with the columns'
+        autocorrelation counts with its effect on the coefficients. For white rows of unit size it is about 1.
         """
         errors, expected = [], []
         for fold in range(len(self.cross)):
             values, covariance = self.posterior(members, spread, 1 + fold)
             across = self.gram[fold][:, members]
             errors.append(self.cross[fold] - across @ values)
-            own = np.diagonal(self.gram[fold])
-            expected.append(own + np.einsum("bi,ij,bj->b", across, covariance, across))
+            noise = np.diagonal(self.gram[fold])
+            expected.append(noise + np.einsum("bi,ij,bj->b", across, covariance, across))
         error, variance = np.array(errors), np.array(expected)
-        told = variance > TOLD * variance.max()  # not in a fold in which the robot stands
-        return math.sqrt(np.mean(error[told] ** 2 / variance[told]))
+        known = variance > MIN_RELATIVE_VARIANCE * variance.max()  # not in a fold in which the robot stands
+        return math.sqrt(np.mean(error[known] ** 2 / variance[known]))
 
 
 def _standard(gram: Array, cross: Array, spread: Array) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""A law for what has no name: learned from what the named effects leave, and fitted beside them."""
+"""Laws of unknown errors as terms: learned from the residual of the named effects, and fitted with them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class LawTerm(Term):
     """A learned law as a term: one column for each coefficient of its formula, or for each knot of its curve.
 
     Attributes:
-        law: The law; its size is in the probes.
+        law: The law; its coefficients are in the probes.
     """
 
     law: Law = field(default_factory=lambda: Law("a"))
@@ -50,12 +50,12 @@ class LawTerm(Term):
 
 
 def learned(posterior: Posterior, conditional: ConditionalFit, unknown: Term) -> list[LawTerm]:
-    """Return the law of an unknown error as terms, with their sizes in the probes, or none.
+    """Return the law of an unknown error as terms with unit coefficients; none where none is learned.
 
     Args:
-        posterior: Of the candidates.
-        conditional: Fit given the effects that are found.
-        unknown: Candidate that says on which component, and on what of it, the error acts.
+        posterior: Posterior of the candidates.
+        conditional: Fit given the named effects.
+        unknown: Candidate with the component of the error and the quantity on which it acts.
     """
     if not unknown.fixed["acts_on"]:
         return []
@@ -66,10 +66,10 @@ def learned(posterior: Posterior, conditional: ConditionalFit, unknown: Term) ->
 def law_of(
     posterior: Posterior, conditional: ConditionalFit, component: str, acts_on: str
 ) -> LearnedLaw | None:
-    """Return the law of an error of a component in the residuals given a set, or None.
+    """Return the law of an error of a component, learned from the residual given a set, or None.
 
     Args:
-        posterior: Of the candidates.
+        posterior: Posterior of the candidates.
         conditional: Fit given a set.
         component: Component that has the error.
         acts_on: Quantity that the error changes, as in an effect `law`.
@@ -87,10 +87,10 @@ def law_of(
 def observed(
     posterior: Posterior, conditional: ConditionalFit, component: str, acts_on: str
 ) -> tuple[dict[str, Array], Callable[[Array], Array]]:
-    """Return what an error of a component may depend on, and what it would add to the rows.
+    """Return the variables of which an error may be a function, and its columns.
 
     Args:
-        posterior: Of the candidates.
+        posterior: Posterior of the candidates.
         conditional: Fit given a set.
         component: Component that has the error.
         acts_on: Quantity that the error changes, as in an effect `law`.
@@ -109,11 +109,11 @@ def observed(
 
     def columns(series: Array) -> Array:
         raw = []
-        for windows, own in zip(regression.windows, np.split(series, edges), strict=True):
+        for windows, part in zip(regression.windows, np.split(series, edges), strict=True):
             error = next(
                 error for error in errors(windows) if (error.component, error.acts_on) == (component, acts_on)
             )
-            raw.append(error.build(own / scale))
+            raw.append(error.build(part / scale))
         return conditional.project_out(regression.whitened(raw))
 
     return variables, columns
@@ -121,7 +121,7 @@ def observed(
 
 def _terms(law: LearnedLaw, odds: float) -> list[LawTerm]:
     """Return a learned law as terms."""
-    found = []
+    terms = []
     for effect in law.effects:
         if effect.over:
             probes = tuple(
@@ -135,5 +135,5 @@ def _terms(law: LearnedLaw, odds: float) -> list[LawTerm]:
                 replace(effect, formula=f"{value:.6g}" + ("" if text == "1" else f" * {text}"))
                 for value, text in zip(law.coefficients, law.names, strict=True)
             )
-        found.append(LawTerm("law", effect.component, probes, {}, odds, False, 1.0, effect))
-    return found
+        terms.append(LawTerm("law", effect.component, probes, {}, odds, False, 1.0, effect))
+    return terms

@@ -1,4 +1,4 @@
-"""A law is learned from what is left over, or none is."""
+"""Learn a law from residuals."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from omnimate.mismatch.learn.choice import Choice, Option
     from omnimate.vehicle.se2 import Array
 
-CHUNK = 64  # candidates whose columns are made at once: all of them would need twice the memory
-FEWEST = 3  # folds: one is held out, and among the others each is held out in turn
-SETTLED = 1.05  # noise that is larger than assumed by less changes no evidence by more than a tenth
+CHUNK = 64  # candidates whose columns are computed at once: all of them would need twice the memory
+MIN_FOLDS = 3  # one is held out, and among the others each is held out in turn
+NOISE_TOLERANCE = 1.05  # [1] a smaller excess of the noise changes no evidence by more than a tenth: 1.05^2
 
 
 def learn(
@@ -36,15 +36,15 @@ def learn(
     acts_on: str,
     scale: float,
 ) -> LearnedLaw | None:
-    """Return a law of what is left over, or None where none predicts unseen data better by a standard error.
+    """Return a law of a residual; None where none predicts held-out data better by a standard error.
 
     Args:
         variables: Variables on which the law may depend, by their names in `effects.variables`, each of shape
             `(N,)`.
         columns: Function from error series `(N, B)`, in the unit of the law, to what each would add to the
-            whitened rows, shape `(R, B)`. It is linear. What is fitted at the same time, such as a diameter,
-            is projected out of its columns and of the rows.
-        rows: Whitened leftover, shape `(R,)`: noise of unit variance, and what the law makes of it.
+            whitened rows, shape `(R, B)`. It is linear. Parameters that are fitted at the same time, such as
+            a diameter, are projected out of its columns and of the rows.
+        rows: Whitened residual, shape `(R,)`: noise of unit variance plus the effect of the law.
         folds: Number of the block of time of each row, shape `(R,)`; at least three different ones.
         component: Component on which the law acts.
         acts_on: Quantity that it changes, one of `effects.law.quantities(component)`.
@@ -55,38 +55,38 @@ def learn(
         ValueError: A variable is not finite, or there are fewer than three folds.
     """
     null = Law(component, acts_on)
-    Law(component, acts_on, " + ".join(variables))  # refuses variables that the component does not have
+    Law(component, acts_on, " + ".join(variables))  # raises for variables that the component does not have
     for name, values in variables.items():
         if not np.all(np.isfinite(values)):
             raise ValueError(f"variable {name} is not finite; expected a number at every step")
-    if len(np.unique(folds)) < FEWEST:
-        raise ValueError(f"{len(np.unique(folds))} folds; expected at least {FEWEST}")
+    if len(np.unique(folds)) < MIN_FOLDS:
+        raise ValueError(f"{len(np.unique(folds))} folds; expected at least {MIN_FOLDS}")
     candidates: list[Candidate] = [*terms(variables), *curves(variables)]
     parts = [candidates[first : first + CHUNK] for first in range(0, len(candidates), CHUNK)]
-    seen = np.hstack([columns(np.concatenate([one.basis for one in part], axis=1)) for part in parts])
+    whitened = [columns(np.hstack([candidate.basis for candidate in part])) for part in parts]
     options = options_of(candidates, scale)
-    products, choice, noise = _settled(Products.of(seen, rows, folds), options)
+    products, choice, noise = _scaled_to_noise(Products.of(np.hstack(whitened), rows, folds), options)
     if not choice.options:
         return None
-    gain = np.array([_unseen(products, fold, options) for fold in range(len(products.cross))])
+    gain = np.array([_heldout_gain(products, fold, options) for fold in range(len(products.cross))])
     if gain.sum() <= error(gain):
         return None
     return LearnedLaw.of(choice, products, null, gain, noise)
 
 
-def _settled(products: Products, options: Sequence[Option]) -> tuple[Products, Choice, float]:
-    """Return the products in units of the noise that the chosen law leaves, the law, and the noise."""
+def _scaled_to_noise(products: Products, options: Sequence[Option]) -> tuple[Products, Choice, float]:
+    """Return the products in units of the noise given the chosen law, the law, and the noise."""
     noise = 1.0
     while True:
         choice = choose(products, options)
-        more = products.noise(choice.members, choice.spread) if choice.options else 1.0
-        if more < SETTLED:
+        excess = products.noise(choice.members, choice.spread) if choice.options else 1.0
+        if excess < NOISE_TOLERANCE:
             return products, choice, noise
-        products, noise = products.scaled(more), noise * more
+        products, noise = products.scaled(excess), noise * excess
 
 
-def _unseen(products: Products, fold: int, options: Sequence[Option]) -> float:
-    """Return how much better a fold is predicted by the law that the others choose [nat]."""
+def _heldout_gain(products: Products, fold: int, options: Sequence[Option]) -> float:
+    """Return the gain in log density of a fold by the law that is chosen without it [nat]."""
     choice = choose(products.without(fold), options)
     if not choice.options:
         return 0.0

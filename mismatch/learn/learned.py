@@ -1,4 +1,4 @@
-"""A learned law, and how it is written down as effects."""
+"""A learned law, and its form as effects."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LearnedLaw:
-    """A law with its uncertainty, and what it is worth on data that it has not seen.
+    """A law with its uncertainty, and its gain on held-out data.
 
     Attributes:
-        effects: The law: one effect with a formula, or one with a curve for each variable.
-        names: Of each coefficient, the text that it multiplies, or the knot whose ordinate it is.
+        effects: One effect with a formula, or one with a curve for each variable.
+        names: For each coefficient the text that it multiplies, or the knot whose ordinate it is.
         units: Unit of each coefficient.
-        coefficients: Their values, shape `(c,)`.
-        covariance: Their covariance, shape `(c, c)`.
-        gain: By how much the log density of each fold is higher than without a law, where the law was chosen
-            and fitted without that fold, shape `(K,)` [nat].
-        noise: Size of the noise that was assumed; 1 where the rows were whitened well.
+        coefficients: Values of the coefficients, shape `(c,)`.
+        covariance: Covariance of the coefficients, shape `(c, c)`.
+        gain: Log density of each fold, predicted by a law chosen and fitted without it, minus that without a
+            law, shape `(K,)` [nat].
+        noise: Assumed standard deviation of the rows; 1 where they were whitened correctly.
     """
 
     effects: tuple[Law, ...]
@@ -49,10 +49,10 @@ class LearnedLaw:
 
         Args:
             choice: Terms or curves; at least one.
-            products: What the rows say, in units of the noise.
+            products: Products of the rows, in units of the noise.
             null: Law of the component and the quantity, without a formula or a curve.
-            gain: As in the attributes.
-            noise: As in the attributes.
+            gain: Attribute of the law.
+            noise: Likewise.
         """
         values, covariance = products.posterior(choice.members, choice.spread)
         terms = [option.candidate for option in choice.options if isinstance(option.candidate, Term)]
@@ -87,7 +87,7 @@ class LearnedLaw:
         deviation = np.sqrt(np.diag(self.covariance))
         if not self.effects[0].over:
             return [dict(zip(self.names, deviation.tolist(), strict=True))]
-        return [{"ordinates": own.tolist()} for own in np.split(deviation, len(self.effects))]
+        return [{"ordinates": of_curve.tolist()} for of_curve in np.split(deviation, len(self.effects))]
 
 
 def _with_curves(null: Law, curves: Sequence[Curve], ordinates: Sequence[Array]) -> tuple[Law, ...]:
@@ -97,10 +97,10 @@ def _with_curves(null: Law, curves: Sequence[Curve], ordinates: Sequence[Array])
             null,
             over=curve.variable,
             knots=tuple(curve.knots.tolist()),
-            ordinates=tuple(own.tolist()),
+            ordinates=tuple(of_curve.tolist()),
             period=curve.period,
         )
-        for curve, own in zip(curves, ordinates, strict=True)
+        for curve, of_curve in zip(curves, ordinates, strict=True)
     )
 
 
