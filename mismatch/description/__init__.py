@@ -1,1 +1,1 @@
-"""Whether the robot is described grossly wrong: small effects are looked for after that."""
+"""Gross errors of vehicle.toml, which are looked for before small effects."""

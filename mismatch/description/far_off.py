@@ -1,4 +1,4 @@
-"""The answer where a first look finds the robot described wrongly: small effects come after that."""
+"""The diagnosis of a robot that vehicle.toml describes grossly wrong; small effects come after that."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ METRIC = (
     "root mean square of what plain odometry misses over stretches of up to {:g} s, in units of what the "
     "corrected robot misses; held out: each stretch with numbers fitted to others"
 )
-_MOST = 0.999
-_WORTH = 0.01  # probability below which an alternative is not worth a word
+MAX_PROBABILITY = 0.999  # that is reported: the models are approximate
+MIN_ALTERNATIVE = 0.01  # probability of an alternative that is reported
 _DESCRIPTION = "which encoder is which wheel, and the sign of its counts"
 _ADVICE = "correct vehicle.toml, and diagnose again: smaller effects cannot be told before that"
 
 
 def far_off(recordings: Sequence[Recording], look: Look) -> Diagnosis:
-    """Return what is wrong with the description of a robot."""
+    """Return the diagnosis with the errors of vehicle.toml as findings."""
     truck, robot = recordings[0].vehicle.trucks[look.truck], recordings[0].vehicle
-    names = tuple(one.source for one in recordings)
+    names = tuple(recording.source for recording in recordings)
     sides = (*_diameter(look, truck, 0), *_diameter(look, truck, 1))
     findings = (*_wiring(look), *_wheelbase(look, truck), *sides)
-    says = f"{' '.join(one.says for one in findings)} {_missed(look)}"
-    depends = tuple(quantity for one in findings for quantity in one.depends_on)
+    says = f"{' '.join(finding.says for finding in findings)} {_missed(look)}"
+    depends = tuple(quantity for finding in findings for quantity in finding.depends_on)
     left = min(1.0, (look.heldout / look.nominal) ** 2)
     fit = _fit(look)
     return Diagnosis("mismatch", says, findings, fit, left, depends, robot.name, names, (_ADVICE,))
@@ -60,20 +60,22 @@ def _fit(look: Look) -> Fit:
 
 
 def _wiring(look: Look) -> tuple[Finding, ...]:
-    """Return a finding where the encoders are not the wheels that they are described as."""
+    """Return a finding where the encoders are assigned or signed wrongly."""
     if not look.wiring.faults:
         return ()
-    same = "".join(f" (or {one}, which looks the same here)" for one in look.equals)
+    same = "".join(f" (or {wiring}, which looks the same here)" for wiring in look.equals)
     says = f"The wheels of {component_in_words(look.truck)} are described wrongly: {look.wiring}{same}."
     where = Where(regime="always")
-    share, probability = float(look.shares[3]), min(look.probability, _MOST)
+    share, probability = float(look.shares[3]), min(look.probability, MAX_PROBABILITY)
     finding = Finding(UNKNOWN, look.truck, probability, (), where, (), share, says, (_DESCRIPTION,))
     return (finding,)
 
 
 def _wheelbase(look: Look, truck: Truck) -> tuple[Finding, ...]:
     kind = _number_of(look.truck)
-    others = (Alternative(kind.alternatives[0], look.truck, look.scrubs),) if look.scrubs > _WORTH else ()
+    others = (
+        (Alternative(kind.alternatives[0], look.truck, look.scrubs),) if look.scrubs > MIN_ALTERNATIVE else ()
+    )
     says = (
         f"{component_in_words(look.truck).capitalize()} turns as if its wheelbase were "
         f"{1e3 * float(look.ratios[2]) * truck.wheelbase:.4g} mm, not {1e3 * truck.wheelbase:.4g} mm."
@@ -83,7 +85,7 @@ def _wheelbase(look: Look, truck: Truck) -> tuple[Finding, ...]:
 
 
 def _diameter(look: Look, truck: Truck, side: int) -> tuple[Finding, ...]:
-    """Return a wheel that travels far from what it rolls: another diameter or, if less, steady slip."""
+    """Return a finding where a wheel does not travel what it rolls: by its diameter or, if less, by slip."""
     wheel = f"{look.truck}.{('left', 'right')[side]}"
     kind = _number_of(wheel)
     nominal = (truck.wheel_diameter_left, truck.wheel_diameter_right)[side]
@@ -107,19 +109,19 @@ def _diameter(look: Look, truck: Truck, side: int) -> tuple[Finding, ...]:
 
 
 def _number_of(component: str) -> type[Effect]:
-    """Return the effect of a wrong number of vehicle.toml on a component."""
+    """Return the effect of a wrong parameter of a component in vehicle.toml."""
     return next(kind for kind in CALIBRATED if component in kind.components)
 
 
 def _number(look: Look, which: int, finding: Finding) -> tuple[Finding, ...]:
-    """Return a finding with its ratio, where that is far off."""
+    """Return a finding with its ratio, where that is grossly wrong."""
     if not look.far[which]:
         return ()
     parameter = Parameter("ratio", float(look.ratios[which]), float(look.sigmas[which]), "1")
     return (
         replace(
             finding,
-            probability=min(finding.probability, _MOST),
+            probability=min(finding.probability, MAX_PROBABILITY),
             where=Where(regime=effect_named(finding.effect).regime),
             parameters=(parameter,),
             explained=float(look.shares[which]),

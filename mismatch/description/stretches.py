@@ -1,7 +1,7 @@
-"""Drives cut into short stretches, and how far plain odometry misses the poses of each.
+"""Drives divided into short stretches, and the errors of plain odometry in each.
 
-A stretch is laid onto its own poses, so that nothing is carried from one to the next: neither where the truck
-starts nor, where no heading is measured, which way it looks.
+Each stretch is aligned with its own poses, so that nothing is carried over from one to the next: neither the
+start of the truck nor, where no heading is measured, its heading.
 """
 
 from __future__ import annotations
@@ -22,21 +22,22 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
-STRETCH = 5.0  # [s] long against a pose's error, short against what a swapped wheel makes of a heading
-_LEAST = 3  # poses in a stretch from which it tells anything
+# [s] long enough for travel to exceed a pose's error, short against the heading error of a swapped wheel
+STRETCH = 5.0
+MIN_POSES = 3  # of a stretch: the alignment alone fits two
 
 
 @dataclass(frozen=True, slots=True)
 class Stretches:
-    """One truck's drives, end to end, with P poses in stretches.
+    """All drives of one truck, concatenated, with P poses in stretches.
 
     Attributes:
-        truck: as described.
-        turned: (N, 2) turns of the left and the right wheel in each step [rad].
-        at: (P,) steps that were made when a pose was measured, with a fraction.
-        position: (P,) x + iy [m].
-        heading: (P,) [rad]; nan where it was not measured.
-        stretch: (P,) number of the stretch, counted from 0.
+        truck: The truck as described.
+        turned: Turns of the left and the right wheel in each step, `(N, 2)` [rad].
+        at: Number of steps before each pose, with a fraction, `(P,)`.
+        position: x + iy of each pose, `(P,)` [m].
+        heading: Heading of each pose; nan where it was not measured, `(P,)` [rad].
+        stretch: Number of the stretch of each pose, from 0, `(P,)`.
     """
 
     truck: Truck
@@ -48,23 +49,23 @@ class Stretches:
 
     @property
     def count(self) -> int:
-        """How many stretches there are."""
+        """Number of stretches."""
         return int(self.stretch[-1]) + 1
 
     @property
     def extent(self) -> float:
-        """Root mean square distance of poses from the middle of their stretch, turns counted [m]."""
+        """Root mean square distance of poses from the mean of their stretch, turns included [m]."""
         still = np.zeros(len(self.at))
         rows = self._rows(self.position - self.mean(self.position), self._turns(still))
         return float(np.sqrt((rows**2).sum(axis=1).mean()))
 
     def missed(self, turned: Array, ratios: Array, scrub: float = 0.0) -> Array:
-        """Return what odometry misses at each pose (P, 3): x, y, and the way of a wheel about the middle [m].
+        """Return errors of odometry at each pose in x, y and heading times half a wheelbase, `(P, 3)` [m].
 
         Args:
-            turned: (N, 2) of the left and the right wheel [rad].
-            ratios: (3,) effective over nominal left diameter, right diameter, wheelbase.
-            scrub: growth of the wheelbase per curvature [m], as `turn_scrub` has it.
+            turned: Turns of the left and the right wheel in each step, `(N, 2)` [rad].
+            ratios: Effective over nominal left diameter, right diameter and wheelbase, `(3,)`.
+            scrub: Growth of the wheelbase per curvature [m], as in `turn_scrub`.
         """
         radii = 0.5 * np.array([self.truck.wheel_diameter_left, self.truck.wheel_diameter_right])
         left, right = (turned * radii * ratios[:2]).T
@@ -72,52 +73,52 @@ class Stretches:
         yaw = 2.0 * across / self.truck.wheelbase
         yaw /= 1.0 + scrub * np.abs(yaw) / np.maximum(np.hypot(forward, across), 1e-12)
         driven = integrated(np.stack([forward, np.zeros_like(yaw), yaw], axis=1), np.zeros(3))
-        x, y, heading = (np.interp(self.at, np.arange(len(driven)), one) for one in driven.T)
-        way = x + 1j * y - self.mean(x + 1j * y)
+        x, y, heading = (np.interp(self.at, np.arange(len(driven)), axis) for axis in driven.T)
+        path = x + 1j * y - self.mean(x + 1j * y)
         goal = self.position - self.mean(self.position)
-        return self._rows(way * self._laid(way, goal, heading) - goal, self._turns(heading))
+        return self._rows(path * self._aligning(path, goal, heading) - goal, self._turns(heading))
 
     def mean(self, values: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Return of each pose the mean (P,) of values over its stretch."""
-        sums = [np.bincount(self.stretch, weights=one) for one in (values.real, values.imag)]
+        """Return for each pose the mean (P,) of values over its stretch."""
+        sums = [np.bincount(self.stretch, weights=part) for part in (values.real, values.imag)]
         means = (sums[0] + 1j * sums[1]) / np.bincount(self.stretch)
         return np.asarray(means[self.stretch])
 
-    def _laid(
-        self, way: NDArray[np.complex128], goal: NDArray[np.complex128], heading: Array
+    def _aligning(
+        self, path: NDArray[np.complex128], goal: NDArray[np.complex128], heading: Array
     ) -> NDArray[np.complex128]:
-        """Return of each pose the turn (P,), of length 1, that lays its stretch onto what was measured."""
-        seen = np.exp(1j * (self.heading - heading))
-        turn = self.mean(np.where(np.isfinite(self.heading), seen, np.conj(way) * goal))
+        """Return for each pose the rotation (P,), of modulus 1, that aligns its stretch."""
+        measured = np.exp(1j * (self.heading - heading))
+        turn = self.mean(np.where(np.isfinite(self.heading), measured, np.conj(path) * goal))
         return np.asarray(turn / np.maximum(np.abs(turn), 1e-12))
 
     def _turns(self, heading: Array) -> Array:
-        """Return by how much headings (P,) differ from the measured ones, means of stretches apart [rad]."""
+        """Return headings (P,) minus the measured ones, less the mean of each stretch [rad]."""
         known = np.isfinite(self.heading)
-        off = np.exp(1j * np.where(known, heading - self.heading, 0.0))
-        return np.asarray(np.where(known, np.angle(off * np.conj(self.mean(off))), 0.0))
+        error = np.exp(1j * np.where(known, heading - self.heading, 0.0))
+        return np.asarray(np.where(known, np.angle(error * np.conj(self.mean(error))), 0.0))
 
-    def _rows(self, off: NDArray[np.complex128], turned: Array) -> Array:
-        return np.stack([off.real, off.imag, 0.5 * self.truck.wheelbase * turned], axis=1)
+    def _rows(self, error: NDArray[np.complex128], turned: Array) -> Array:
+        return np.stack([error.real, error.imag, 0.5 * self.truck.wheelbase * turned], axis=1)
 
 
 def stretches_of(recordings: Sequence[Recording], truck: TruckName) -> Stretches | None:
-    """Return the stretches of a truck's drives that have poses enough; None where none has."""
+    """Return the stretches of a truck's drives that have enough poses; None where none has."""
     turned, at, poses, stretch = [], [], [], []
     steps = count = 0
-    for one in recordings:
-        wheels = [wheel for wheel in one.vehicle.wheels if wheel.startswith(truck)]
-        angle = np.stack([angle_of(one, wheel) for wheel in wheels], axis=1)
+    for recording in recordings:
+        wheels = [wheel for wheel in recording.vehicle.wheels if wheel.startswith(truck)]
+        angle = np.stack([angle_of(recording, wheel) for wheel in wheels], axis=1)
         turned.append(np.diff(angle, axis=0, append=angle[-1:]))
-        time, pose = _thinned(one, truck)
-        number = _numbers(time, one.time)
-        enough = np.bincount(number, minlength=1)[number] >= _LEAST
-        at.append(steps + np.interp(time[enough], one.time, np.arange(len(one.time))))
+        time, pose = _thinned(recording, truck)
+        number = _numbers(time, recording.time)
+        enough = np.bincount(number, minlength=1)[number] >= MIN_POSES
+        at.append(steps + np.interp(time[enough], recording.time, np.arange(len(recording))))
         poses.append(pose[enough])
-        own = np.unique(number[enough], return_inverse=True)[1]
-        stretch.append(count + own)
-        count += int(own.max()) + 1 if len(own) else 0
-        steps += len(one.time)
+        names, renumbered = np.unique(number[enough], return_inverse=True)
+        stretch.append(count + renumbered)
+        count += len(names)
+        steps += len(recording)
     if count == 0:
         return None
     pose = np.concatenate(poses)
@@ -132,17 +133,17 @@ def stretches_of(recordings: Sequence[Recording], truck: TruckName) -> Stretches
 
 
 def _thinned(recording: Recording, truck: TruckName) -> tuple[Array, Array]:
-    """Return the times (P,) and poses (P, 3) of a truck, no denser than the windows, positions known."""
+    """Return times (P,) and poses (P, 3) of a truck with known positions, one in each window at most."""
     if recording.poses is None:
         return np.zeros(0), np.zeros((0, 3))
-    own, time = recording.poses.of(truck), recording.time
-    known = np.isfinite(own.pose[:, :2]).all(axis=1) & (own.time >= time[0]) & (own.time <= time[-1])
-    first = np.unique(np.floor((own.time[known] - time[0]) / WINDOW), return_index=True)[1]
-    return own.time[known][first], own.pose[known][first]
+    poses, time = recording.poses.of(truck), recording.time
+    known = np.isfinite(poses.pose[:, :2]).all(axis=1) & (poses.time >= time[0]) & (poses.time <= time[-1])
+    first = np.unique(np.floor((poses.time[known] - time[0]) / WINDOW), return_index=True)[1]
+    return poses.time[known][first], poses.pose[known][first]
 
 
 def _numbers(time: Array, clock: Array) -> NDArray[np.int64]:
-    """Return the number of the stretch that each time (P,) lies in."""
+    """Return the number of the stretch of each time, `(P,)`."""
     span = float(clock[-1] - clock[0])
     count = max(1, round(span / STRETCH))
     number = (time - clock[0]) / max(span, 1e-9) * count

@@ -1,4 +1,4 @@
-"""Which encoder is which wheel, and which way it counts: what a `vehicle.toml` or a table may have wrong."""
+"""Assignment of encoders to wheels, and their signs, which a `vehicle.toml` may have wrong."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """Which encoder is which wheel, and which way it counts.
+    """Assignment of the encoders of one truck to its wheels, and their signs.
 
     Attributes:
-        exchanged: left is right and right is left.
-        backward: (left, right) wheels that count down when they roll forward.
+        exchanged: Whether left and right are exchanged.
+        backward: Whether the (left, right) wheel counts down when it rolls forward.
     """
 
     exchanged: bool = False
@@ -27,7 +27,7 @@ class Wiring:
 
     @property
     def faults(self) -> int:
-        """How many things are wrong in it."""
+        """Number of errors in vehicle.toml that it means."""
         return self.exchanged + sum(self.backward)
 
     def wheels(self, turned: Array) -> Array:
@@ -36,7 +36,7 @@ class Wiring:
         return np.where(self.backward, -sides, sides)
 
     def rewired(self, encoder: Encoder, truck: TruckName) -> Encoder:
-        """Return an encoder of a truck as what it is; those of others as they are."""
+        """Return an encoder with its actual wheel and sign; those of other trucks unchanged."""
         sides: list[Channel] = ["a.left", "a.right"] if truck == "a" else ["b.left", "b.right"]
         if encoder.channel not in sides:
             return encoder
@@ -56,8 +56,10 @@ class Wiring:
         return " and ".join(words) or "the wheels are as described"
 
 
-_WAYS = (False, True)
 WIRINGS = sorted(
-    itertools.starmap(Wiring, itertools.product(_WAYS, itertools.product(_WAYS, _WAYS))),
-    key=lambda one: one.faults,
+    (
+        Wiring(exchanged, (left, right))
+        for exchanged, left, right in itertools.product((False, True), repeat=3)
+    ),
+    key=lambda wiring: wiring.faults,
 )

@@ -1,4 +1,4 @@
-"""The page: the verdict, the findings, and everything by which a reader can check them."""
+"""The HTML page of a diagnosis: the verdict, the findings, and the evidence for them."""
 
 from __future__ import annotations
 
@@ -111,21 +111,23 @@ def _calibrated(diagnosis: Diagnosis) -> Iterable[str]:
     yield "<h2>Calibrated beside it</h2>"
     yield "<p class=soft>What poses tell in any case. No finding, but in the effects file.</p>"
     rows = "".join(
-        _row(f"{_name(single.effect)}, {component_in_words(single.component)}", *row)
-        for single in diagnosis.calibrated
-        for parameter in single.parameters
+        _row(f"{_name(calibrated.effect)}, {component_in_words(calibrated.component)}", *row)
+        for calibrated in diagnosis.calibrated
+        for parameter in calibrated.parameters
         for row in _values(parameter)
     )
-    head = "<tr><th>number<th>parameter<th>value<th>95 % interval<th>unit</tr>"
-    yield f"<div class=scroll><table>{head}{rows}</table></div>"
+    yield _table("number<th>parameter<th>value<th>95 % interval<th>unit", rows)
 
 
 def _parameters(finding: Finding) -> str:
     if not finding.parameters:
         return ""
     rows = "".join(_row(*row) for parameter in finding.parameters for row in _values(parameter))
-    head = "<tr><th>parameter<th>value<th>95 % interval<th>unit</tr>"
-    return f"<div class=scroll><table>{head}{rows}</table></div>"
+    return _table("parameter<th>value<th>95 % interval<th>unit", rows)
+
+
+def _table(head: str, rows: str) -> str:
+    return f"<div class=scroll><table><tr><th>{head}</tr>{rows}</table></div>"
 
 
 def _values(parameter: Parameter) -> list[tuple[str, str, str, str]]:
@@ -134,14 +136,12 @@ def _values(parameter: Parameter) -> list[tuple[str, str, str, str]]:
     sigmas = parameter.sigma if isinstance(parameter.sigma, tuple) else (parameter.sigma,)
     rows = []
     for value, sigma in list(zip(values, sigmas, strict=True))[:_EVENTS]:
-        digits = max(0, min(6, 1 - math.floor(math.log10(1.96 * factor * sigma)))) if sigma > 0.0 else 3
-        half = 1.96 * sigma
-        span = (
-            f"{factor * (value - half):.{digits}f} to {factor * (value + half):.{digits}f}"
-            if sigma > 0.0
-            else "fixed"
-        )
-        rows.append((parameter.name, f"{factor * value:.{digits}f}", span, unit))
+        digits, interval = 3, "fixed"
+        if sigma > 0.0:
+            half = 1.96 * sigma
+            digits = max(0, min(6, 1 - math.floor(math.log10(1.96 * factor * sigma))))
+            interval = f"{factor * (value - half):.{digits}f} to {factor * (value + half):.{digits}f}"
+        rows.append((parameter.name, f"{factor * value:.{digits}f}", interval, unit))
     return rows
 
 
@@ -190,7 +190,7 @@ def _fit(fit: Fit) -> str:
 
 
 def _open_loop(name: str, change: Change) -> tuple[str, str, str, str]:
-    """Return a row of the simulator's own figures, in the units of a shop floor."""
+    """Return a row of a channel's open-loop mismatch, in degrees or mm."""
     angle = "joint" in name or "heading" in name
     factor, unit = (math.degrees(1.0), "degrees") if angle else (1e3, "mm")
     return name, f"{factor * change.before:.2f}", f"{factor * change.after:.2f}", unit

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from omnimate.mismatch.diagnosis import Diagnosis, Signature, Trace
     from omnimate.vehicle.se2 import Array
 
-FULL = 4.0  # sigma from which the colour is the strongest
-_POINTS = 360  # of a residual trace: as many as a page has room for
+FULL = 4.0  # standard deviations from which the colour is the strongest
+_POINTS = 360  # of a residual trace, for which a page has room
 _SMOOTHED = 9  # windows over which the mismatch on the floor plan is averaged
 _PLAN, _TRACE, _SIGNATURE = 420.0, (560.0, 190.0), (520.0, 240.0)  # width, or width and height [px]
 _NARROWEST = 1.5 / _TRACE[0]  # share of a trace's width that an interval needs to be seen
@@ -64,7 +64,7 @@ def _levels(residual: Array) -> Array:
 
 
 def _steps(path: Array, drawn: Array) -> Array:
-    """Return x and y `(2, M)` of some steps of a path `(K, 2)`, each followed by nan, which lifts the pen."""
+    """Return x and y `(2, M)` of some steps of a path `(K, 2)`, each followed by nan, which ends the line."""
     first = np.flatnonzero(drawn[:-1])
     steps = np.stack([path[first], path[first + 1], np.full((len(first), 2), np.nan)], axis=1)
     return steps.reshape(-1, 2).T
@@ -118,7 +118,7 @@ def _envelope(time: Array, residual: Array) -> tuple[Array, Array]:
 
 
 def signature(curve: Signature) -> str:
-    """Return a signature as it was found, with its standard errors, and as it was predicted."""
+    """Return the plot of a signature: found, with standard errors, and predicted."""
     axes = panel(*_SIGNATURE, curve.quantity, f"{curve.channel} [sigma]")
     axes.axhline(0.0, color=css("line"), linewidth=1.2)
     axes.plot(curve.at, curve.predicted, color=css("after"), linewidth=2.0)

@@ -52,15 +52,15 @@ body{padding:.8rem}}
 
 
 class Head(NamedTuple):
-    """What a report begins with, as plain text.
+    """Head of a report, as plain text.
 
     Attributes:
-        kind: What the report is: the title is `<kind> of <name>`.
+        kind: Kind of report: the title is `<kind> of <name>`.
         name: Name of the robot.
         verdict: The verdict in a word.
         colour: Class of the verdict's colour: mismatch, agreement or insufficient.
-        lead: What the report says in a sentence.
-        note: Where it comes from.
+        lead: The result in a sentence.
+        note: Source of the data.
     """
 
     kind: str

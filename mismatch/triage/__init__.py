@@ -1,1 +1,1 @@
-"""A quick answer for every night and every robot: is there anything at all in recordings, and where."""
+"""A quick test of recordings for any mismatch, and where it is."""

@@ -1,4 +1,4 @@
-"""In which blocks of time, and on which signals, a candidate takes something of the mismatch away."""
+"""Blocks of time and signals in which a candidate explains the mismatch."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
 Interval = tuple[float, float]
 
-HALF = 0.5  # of what a candidate takes away, which the blocks that are named hold
-EVERYWHERE = 0.25  # of all blocks, from which on it acts all along the drive
+EXPLAINED_FRACTION = 0.5  # of what a candidate explains that the reported blocks contain
+MAX_BLOCK_FRACTION = 0.25  # of all blocks; in more, it acts all along the drive
 
 
 def where(regression: Regression, before: Array, part: Array) -> Where:
-    """Return where a part of what is left of the data is seen.
+    """Return where and when a candidate explains the residual.
 
     Args:
-        regression: Of the recordings.
-        before: What is left of the data without a candidate, whitened, `(V,)`.
-        part: What the candidate takes of it, `(V,)`.
+        regression: Regression of the recordings.
+        before: Whitened residual of the data without the candidate, `(V,)`.
+        part: Part of it that the candidate explains, `(V,)`.
     """
     intervals = _intervals(regression, before**2 - (before - part) ** 2)
     signals = [windows.signals for windows in regression.windows]
@@ -39,32 +39,32 @@ def where(regression: Regression, before: Array, part: Array) -> Where:
     )
 
 
-def _intervals(regression: Regression, taken: Array) -> tuple[Interval, ...]:
-    """Return the fewest blocks that hold half of what is taken away; none where these are many."""
+def _intervals(regression: Regression, by_row: Array) -> tuple[Interval, ...]:
+    """Return the fewest blocks with half of the decrease of chi-square (V,); none where they are many."""
     blocks: list[tuple[int, Interval]] = []
-    power: list[float] = []
+    decrease: list[float] = []
     time = regression.time
     for number, windows in enumerate(regression.windows):
         start, end = float(windows.time[0]), float(windows.time[-1])
         edges = np.linspace(start, end, max(1, round((end - start) / SHORTEST)) + 1)
-        mine = regression.owner == number
-        at = np.clip(np.searchsorted(edges, time[mine], side="right") - 1, 0, len(edges) - 2)
-        power += np.bincount(at, weights=taken[mine], minlength=len(edges) - 1).tolist()
+        rows = regression.rows_of(number)
+        block = np.clip(np.searchsorted(edges, time[rows], side="right") - 1, 0, len(edges) - 2)
+        decrease += np.bincount(block, weights=by_row[rows], minlength=len(edges) - 1).tolist()
         blocks += [(number, (a, b)) for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)]
-    order = np.argsort(power)[::-1]
-    held = np.cumsum(np.asarray(power)[order])
-    count = int(np.searchsorted(held, HALF * sum(power))) + 1
-    if count > EVERYWHERE * len(blocks):
+    order = np.argsort(decrease)[::-1]
+    total = np.cumsum(np.asarray(decrease)[order])
+    count = int(np.searchsorted(total, EXPLAINED_FRACTION * sum(decrease))) + 1
+    if count > MAX_BLOCK_FRACTION * len(blocks):
         return ()
     return _joined([blocks[at] for at in sorted(order[:count].tolist())])
 
 
 def _joined(blocks: list[tuple[int, Interval]]) -> tuple[Interval, ...]:
-    """Return blocks in order of time, those that follow each other in one recording as one."""
-    found: list[tuple[int, Interval]] = []
+    """Return blocks in order of time, adjacent ones of one recording as one interval."""
+    joined: list[tuple[int, Interval]] = []
     for owner, (start, end) in blocks:
-        if found and found[-1][0] == owner and found[-1][1][1] == start:
-            found[-1] = owner, (found[-1][1][0], end)
+        if joined and joined[-1][0] == owner and joined[-1][1][1] == start:
+            joined[-1] = owner, (joined[-1][1][0], end)
         else:
-            found.append((owner, (start, end)))
-    return tuple(interval for _, interval in found)
+            joined.append((owner, (start, end)))
+    return tuple(interval for _, interval in joined)

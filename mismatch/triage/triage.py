@@ -1,15 +1,16 @@
-"""`triage`: the first question of a diagnosis, asked once: is anything there at all, and where?
+"""`triage`: a quick test for any mismatch between recordings and simulation, and where it is.
 
-One candidate for each effect and component, and the strongest moments, are each held against nothing, by the
-same test as in the diagnosis: the smaller of the Bayes factor and of what is earned on unseen data, and the
-prior odds. The null is the everyday model: a little of every effect, and what moves slowly, are integrated
-out. The prior odds of the effects declare how often a healthy robot is called one that is not.
-Recordings are thinned, levels of noise are found roughly, and nothing is searched or fitted.
+One candidate for each effect and component, and the most significant moments, are each compared with no
+effect by the test of the diagnosis: the smaller of Bayes factor and gain on held-out data, with the prior
+odds. Under the null hypothesis a small amount of every effect, and slow variations, are integrated out. The
+prior odds of the effects declare the rate of false alarms on healthy robots. Recordings are thinned, noise
+levels are estimated coarsely, and nothing is searched or fitted.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,7 +39,6 @@ from omnimate.mismatch.scans.disturbances import power
 from omnimate.mismatch.scans.events import SEEN, lost_travel_z_scores, spans
 from omnimate.mismatch.triage.answer import Triage
 from omnimate.mismatch.triage.blocks import where
-from omnimate.mismatch.triage.thinning import thinned
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,48 +51,49 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
 
 
-HAPPENED = 16.27  # chi-square with three degrees of freedom that noise exceeds in one window of a thousand
+SAMPLES = 3  # in a window of a thinned recording: enough for an acceleration and a reversal
+PUSH_CHI_SQUARE = 16.27  # with three degrees of freedom, noise exceeds it in one window of a thousand
 JUDGED = 8  # candidates of the largest evidence that are judged in full
-COARSE = 16  # cells of a recording, of which stretches are made
-# Times the noise, from which on what is left is no noise, whether or not a candidate comes near: the levels
-# are the likeliest ones, about which noise has the size of one.
-FAR = 2.0
+MAX_CELLS = 16  # of a recording, of which intervals are composed
+# [standard deviations] root mean square of the residual that is a mismatch, whether or not a candidate
+# explains it; with the estimated noise levels it is about one.
+MAX_RESIDUAL = 2.0
 
 
 def triage(recordings: Sequence[Recording]) -> Triage:
-    """Return whether recordings of one robot show anything that its simulation leaves out, and where.
+    """Return whether recordings of one robot show physics that its simulation leaves out, and where.
 
     Args:
-        recordings: Of one robot, all with the same `vehicle.toml`.
+        recordings: Recordings of one robot, all with the same `vehicle.toml`.
 
     Raises:
         RecordingError: Recordings of two robots, a clock that jumps, a channel or poses that do not fit.
     """
     check(recordings)
-    robot, names = recordings[0].vehicle.name, tuple(single.source for single in recordings)
+    robot, names = recordings[0].vehicle.name, tuple(recording.source for recording in recordings)
     reason = too_little(recordings)
     if reason:
         return Triage("insufficient", reason, robot, names)
     look = first_look(recordings)
     if look is not None:
         wrong = far_off(recordings, look)
-        closest = tuple(Alternative(*one.key, probability=one.probability) for one in wrong.findings)
+        closest = tuple(
+            Alternative(*finding.key, probability=finding.probability) for finding in wrong.findings
+        )
         return Triage("mismatch", wrong.says, robot, names, SUREST, wrong.findings[0].where, closest)
-    posterior = _candidates([signals_of(thinned(single)) for single in recordings])
+    posterior = _candidates([signals_of(thinned(recording)) for recording in recordings])
     conditional = posterior.given(())
     offers = ranked_candidates(posterior, conditional)[:JUDGED]
     judged = list(zip(offers, conditional.judge_all(offers), strict=True))
     probability, closest = _shares(posterior, judged)
-    if float((conditional.residual**2).mean()) > FAR**2:
+    if float((conditional.residual**2).mean()) > MAX_RESIDUAL**2:
         probability = SUREST
     if probability >= ASSERTED:
         part, gain = conditional.residual, 0.0
         if closest:
-            best, its = max(judged, key=lambda pair: pair[1].log_odds)
-            part, gain = (
-                conditional.residual_columns(posterior.candidates.columns(best)) @ its.coefficients,
-                its.heldout_gain,
-            )
+            best, judgement = max(judged, key=lambda pair: pair[1].log_odds)
+            columns = conditional.residual_columns(posterior.candidates.columns(best))
+            part, gain = columns @ judgement.coefficients, judgement.heldout_gain
         seen = where(posterior.regression, conditional.residual, part)
         says = _says(seen, closest)
         return Triage("mismatch", says, robot, names, probability, seen, closest, gain)
@@ -103,77 +104,96 @@ def triage(recordings: Sequence[Recording]) -> Triage:
     return Triage("agreement", says, robot, names, probability)
 
 
+def thinned(recording: Recording) -> Recording:
+    """Return a recording with about three samples in each window, each the most complete of its neighbours.
+
+    Counters are absolute, so that no travel is lost.
+    """
+    time = recording.time
+    if len(time) < 2:
+        return recording
+    few = int(WINDOW / SAMPLES / float(np.median(np.diff(time))) * (1.0 + 1e-6))
+    if few < 2:
+        return recording
+    whole = len(time) // few * few
+    read = recording.present[:whole].sum(axis=1).reshape(-1, few)
+    at = np.arange(0, whole, few) + np.argmax(read, axis=1)
+    return replace(
+        recording, time=time[at], counts=recording.counts[at], present=recording.present[at], commands=None
+    )
+
+
 def _candidates(signals: Sequence[Signals]) -> Posterior:
-    """Return one candidate for each effect and component, and the strongest moments."""
+    """Return one candidate for each effect and component, and the most significant moments."""
     library: dict[Key, Term] = {}
-    for single in smooth_terms(signals):
-        library.setdefault(single.key, single)
-    regression = Regression([windows_of(single) for single in signals], DEFAULT_LEVELS, ())
+    for candidate in smooth_terms(signals):
+        library.setdefault(candidate.key, candidate)
+    regression = Regression([windows_of(recording) for recording in signals], DEFAULT_LEVELS, ())
     offered = startup_nuisances(list(library.values()), signals)
     places = regression.add(offered)
     regression = whiten_with_estimated_noise(regression, roughly=True)
-    others = [single for single in library.values() if single not in offered]
+    others = [candidate for candidate in library.values() if candidate not in offered]
     places += regression.add(others, keep=False)
     shift = np.zeros(len(regression.white))
     posterior = posterior_with_background(regression, [*offered, *others], places, shift)
-    events = [*_moments(posterior), *spans(regression, [posterior.given(())], COARSE)]
+    events = [*_moments(posterior), *spans(regression, [posterior.given(())], MAX_CELLS)]
     if not events:
         return posterior
     return posterior.with_more(events, regression.add(events, keep=False))
 
 
 def _moments(posterior: Posterior) -> list[Term]:
-    """Return the strongest bump under each wheel and push of each truck, where they stand out."""
-    regression, found = posterior.regression, []
+    """Return the most significant bump under each wheel and push of each truck, if they are significant."""
+    regression, candidates = posterior.regression, []
     tries = sum(len(windows.ends) for windows in regression.windows)
     pushes = regression.push_scores(posterior.given(()).residual)
     for windows, (scores, informations) in zip(regression.windows, pushes, strict=True):
-        sigmas = lost_travel_z_scores(windows, scores, informations)
+        z_scores = lost_travel_z_scores(windows, scores, informations)
         for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
-            at = int(np.argmax(sigmas[:, number]))
-            if sigmas[at, number] > SEEN:
+            at = int(np.argmax(z_scores[:, number]))
+            if z_scores[at, number] > SEEN:
                 times = (float(windows.time[at]) + 0.25 * WINDOW,)
-                found += [
+                candidates += [
                     term(kind.name, wheel, tries, times=times)
                     for kind in effects_scanned_by("moments", wheel)
                 ]
         for number, truck in enumerate(windows.signals.trucks):
-            own = slice(3 * number, 3 * number + 3)
-            chi_square = power(scores[:, own], informations[:, own, own])
+            pose = slice(3 * number, 3 * number + 3)
+            chi_square = power(scores[:, pose], informations[:, pose, pose])
             at = int(np.argmax(chi_square))
-            if chi_square[at] > HAPPENED:
-                found.append(push(truck, float(windows.time[at]), tries))
-    return found
+            if chi_square[at] > PUSH_CHI_SQUARE:
+                candidates.append(push(truck, float(windows.time[at]), tries))
+    return candidates
 
 
 def _shares(
     posterior: Posterior, judged: Sequence[tuple[int, Judgement]]
 ) -> tuple[float, tuple[Alternative, ...]]:
-    """Return the probability that anything is there, and the shares of the effects that come closest.
+    """Return the probability of any mismatch, and the most probable effects.
 
-    Each candidate is held against nothing: their odds add up to those of anything at all.
+    Each candidate is compared with no effect: their odds add up to those of any mismatch.
     """
-    worths: dict[Key, float] = {}
-    for single, its in judged:
-        key = posterior.terms[single].key
-        worths[key] = max(worths.get(key, -math.inf), its.log_odds)
-    if not worths:
+    log_odds: dict[Key, float] = {}
+    for candidate, judgement in judged:
+        key = posterior.terms[candidate].key
+        log_odds[key] = max(log_odds.get(key, -math.inf), judgement.log_odds)
+    if not log_odds:
         return 0.0, ()
-    top = max(0.0, *worths.values())
-    odds = {key: math.exp(worth - top) for key, worth in worths.items()}
-    whole = math.exp(-top) + sum(odds.values())
+    largest = max(0.0, *log_odds.values())
+    odds = {key: math.exp(value - largest) for key, value in log_odds.items()}
+    total = math.exp(-largest) + sum(odds.values())
     order = sorted(odds, key=lambda key: -odds[key])
-    closest = (Alternative(*key, probability=min(odds[key] / whole, SUREST)) for key in order)
-    return min(sum(odds.values()) / whole, SUREST), tuple(
-        one for one in closest if one.probability >= POSSIBLE
-    )
+    closest = [Alternative(*key, probability=min(odds[key] / total, SUREST)) for key in order]
+    probable = tuple(effect for effect in closest if effect.probability >= POSSIBLE)
+    return min(sum(odds.values()) / total, SUREST), probable
 
 
 def _says(seen: Where, closest: Sequence[Alternative]) -> str:
-    """Return in a sentence what stands out."""
+    """Return the mismatch in a sentence."""
     times = ", ".join(f"{start:.1f} to {end:.1f} s" for start, end in seen.intervals)
     near = " or ".join(
-        f"{one.effect.replace('_', ' ')} of {component_in_words(one.component)}" for one in closest[:2]
+        f"{effect.effect.replace('_', ' ')} of {component_in_words(effect.component)}"
+        for effect in closest[:2]
     )
     return (
         f"Something stands out on {', '.join(seen.channels)}, {f'at {times}' if times else seen.regime}. "
