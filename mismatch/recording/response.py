@@ -59,6 +59,7 @@ def response(windows: Windows, effects: Sequence[Effect]) -> Response:
     signals = windows.signals
     block = replayed(signals, effects)
     more = block.twist - signals.block.twist
+    more = more[windows.ends[0] : windows.ends[-1]]
     inputs = windows.drift + (pushed(signals, windows.ends, more) if np.any(more) else 0.0)
     offset = np.zeros(windows.measured.shape)
     if windows.linkage:

@@ -123,6 +123,7 @@ def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> W
     transition[:, :, states - wheels :] += (rolled[:, :, None] * lever).transpose(0, 2, 1)
     rolling = np.diff(signals.time[ends])[:, None] * (rolled > 0.0)
     measured, stated, observe = _measurements(signals, ends, states)
+    drift = signals.block.twist - twists_along(signals.path)
     off_diagonal = np.any(transition != 0.0, axis=0) & ~np.eye(states, dtype=bool)
     return Windows(
         signals=signals,
@@ -131,7 +132,7 @@ def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> W
         links=np.argwhere(off_diagonal),
         observe=observe,
         measured=measured,
-        drift=pushed(signals, ends, signals.block.twist - twists_along(signals.path)),
+        drift=pushed(signals, ends, drift[ends[0] : ends[-1]]),
         stated=stated,
         floor=_rough(rolled, lever),
         creep=_creep(signals, ends, rolled),
@@ -190,7 +191,7 @@ def pushed(signals: Signals, ends: NDArray[np.int64], twist: Array) -> Array:
         ends: Samples at which M windows begin and end, shape `(M + 1,)`.
         twist: In the K steps from the first to the last of these samples.
     """
-    return np.asarray(np.add.reduceat(_step_inputs(signals, ends, twist), ends[:-1] - ends[0], axis=0))
+    return _summed(_step_inputs(signals, ends, twist), np.ones((len(twist), 1)), ends - ends[0])[:, :, 0]
 
 
 def pushed_by_curves(signals: Signals, ends: NDArray[np.int64], twist: Array, curves: Array) -> Array:
