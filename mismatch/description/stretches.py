@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.recording.signals import WINDOW, angle_of, integrated
+from omnimate.mismatch.recording.signals import WINDOW, bridged, integrated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -108,17 +108,18 @@ def stretches_of(recordings: Sequence[Recording], truck: TruckName) -> Stretches
     steps = count = 0
     for recording in recordings:
         wheels = [wheel for wheel in recording.vehicle.wheels if wheel.startswith(truck)]
-        angle = np.stack([angle_of(recording, wheel) for wheel in wheels], axis=1)
+        angles = [bridged(recording, wheel, recording.wheel_angle(wheel)) for wheel in wheels]
+        angle = np.stack(angles, axis=1)
         turned.append(np.diff(angle, axis=0, append=angle[-1:]))
         time, pose = _thinned(recording, truck)
         number = _numbers(time, recording.time)
         enough = np.bincount(number, minlength=1)[number] >= MIN_POSES
-        at.append(steps + np.interp(time[enough], recording.time, np.arange(len(recording))))
+        at.append(steps + np.interp(time[enough], recording.time, np.arange(len(recording.time))))
         poses.append(pose[enough])
         names, renumbered = np.unique(number[enough], return_inverse=True)
         stretch.append(count + renumbered)
         count += len(names)
-        steps += len(recording)
+        steps += len(recording.time)
     if count == 0:
         return None
     pose = np.concatenate(poses)

@@ -72,7 +72,8 @@ def signals_of(recording: Recording) -> Signals:
     """Return the signals of a recording, about the trajectory of the nominal robot."""
     vehicle, time = recording.vehicle, recording.time
     period = np.diff(time)
-    angle = np.stack([angle_of(recording, wheel) for wheel in vehicle.wheels], axis=1)
+    angles = [bridged(recording, wheel, recording.wheel_angle(wheel)) for wheel in vehicle.wheels]
+    angle = np.stack(angles, axis=1)
     radius = np.array([0.5 * vehicle.wheel_diameter(wheel) for wheel in vehicle.wheels])
     wheelbase = np.array([truck.wheelbase for truck in vehicle.trucks.values()])
     turned = np.diff(angle, axis=0)
@@ -177,11 +178,6 @@ def bridged(recording: Recording, channel: Channel, values: Array) -> Array:
     if present.all() or not present.any():
         return values
     return np.asarray(np.interp(recording.time, recording.time[present], values[present]))
-
-
-def angle_of(recording: Recording, wheel: Channel) -> Array:
-    """Return a wheel's angle `(N,)` [rad], interpolated where frames are missing."""
-    return bridged(recording, wheel, recording.wheel_angle(wheel))
 
 
 def _usable(recording: Recording, twist: Array) -> Poses | None:
