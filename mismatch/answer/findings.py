@@ -75,7 +75,16 @@ def answer(found: Investigation) -> Diagnosis:
         rows[:, place] @ sizes for place, sizes in zip(fit.chosen.places, fit.chosen.values, strict=True)
     ]
     predicted = _are_predicted(parts, rows[:, 0], left)
-    surest = [EVEN if misfit or doubted else SUREST for doubted in predicted]
+    # a number that vehicle.toml has wrong is constant: on a component whose error varies, it may be its mean
+    varying = {
+        found.posterior.terms[member].component
+        for member in found.members
+        if member not in numbers and not found.posterior.terms[member].is_event
+    }
+    surest = [
+        EVEN if misfit or doubted or (term.is_calibrated and term.component in varying) else SUREST
+        for term, doubted in zip(fit.chosen.terms, predicted, strict=False)
+    ]
     explained = [float(part @ (part + 2.0 * rows[:, 0])) / excess for part in parts]
     present = [
         _finding(fit, number, rivalry(found, member), explained[number], surest[number])

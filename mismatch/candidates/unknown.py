@@ -41,11 +41,13 @@ class Error:
         component: Component that has it.
         acts_on: Quantity that it changes, as in an effect `law`; empty where no law can be written down.
         build: Function from curves `(N - 1, B)` of the error to their columns.
+        constant_is_calibrated: Whether a constant error is a wrong number of vehicle.toml, which has a name.
     """
 
     component: str
     acts_on: str
     build: Callable[[Array], Columns]
+    constant_is_calibrated: bool = False
 
 
 def unknown_terms(regression: Regression) -> tuple[list[Term], list[int], Array]:
@@ -69,10 +71,10 @@ def _columns(windows: Windows, shared: Curves) -> tuple[list[tuple[tuple[str, st
     level = np.ones(len(windows.signals.block))
     groups, pushes, seen = [], [], []
     for error in errors(windows):
-        curves = []
+        curves, constant = [], [] if error.constant_is_calibrated else [level]
         for quantity, values in shared.items():
-            groups.append(((error.component, error.acts_on, quantity), 1 + len(values)))
-            curves += [level, *values]
+            groups.append(((error.component, error.acts_on, quantity), len(constant) + len(values)))
+            curves += [*constant, *values]
         push, shown = error.build(np.stack(curves, axis=1))
         pushes.append(push)
         seen.append(shown)
@@ -85,15 +87,15 @@ def errors(windows: Windows) -> list[Error]:
     found = []
     wheels = [str(wheel) for wheel in signals.recording.vehicle.wheels]
     for number, wheel in enumerate(wheels):
-        found.append(Error(wheel, "travel", partial(_way, windows, (number,))))
+        found.append(Error(wheel, "travel", partial(_way, windows, (number,)), True))
     if len(wheels) == 4:
         found += [
-            Error(side, "", partial(_way, windows, numbers))
+            Error(side, "", partial(_way, windows, numbers), True)
             for side, numbers in (("left", (0, 2)), ("right", (1, 3)))
         ]
     for number, truck in enumerate(signals.trucks):
         found.append(Error(truck, "creep", partial(_side, windows, number)))
-        found.append(Error(truck, "turn", partial(_turn, windows, number)))
+        found.append(Error(truck, "turn", partial(_turn, windows, number), True))
         found.append(Error(truck, "yaw", partial(_yaw, windows, number)))
     for row, name in enumerate(("joint_a", "joint_b", "link")[: windows.linkage]):
         found.append(Error(name, "reading", partial(_reading, windows, (row,))))

@@ -55,8 +55,10 @@ def ranked_candidates(
     """Return the candidates that may join a set, by their approximate odds, the best first."""
     terms, excluded = posterior.terms, set(excluded_candidates)
     used_keys = {terms[candidate].key for candidate in conditional.members if not terms[candidate].is_event}
-    named = {
-        terms[candidate].component for candidate in conditional.members if not terms[candidate].is_unknown
+    named = {  # a wrong number is constant, and what is unknown varies: a component may have both
+        terms[candidate].component
+        for candidate in conditional.members
+        if not (terms[candidate].is_unknown or terms[candidate].is_calibrated)
     }
     occupied = [
         (terms[candidate].component, time)
