@@ -69,6 +69,13 @@ def answer(found: Investigation) -> Diagnosis:
     excess = max(fall, 1e-9) + remaining
     numbers = {member: number for number, member in enumerate(found.named)}
     left = leftover(found.posterior, found.members)
+    lasting = [
+        member
+        for member in found.members
+        if found.posterior.terms[member].is_unknown and not found.posterior.terms[member].is_event
+    ]
+    # curves without a name assume white noise: the omnibus test, which does not, must see them, too
+    nameless = leftover(found.posterior, set(found.members) - set(lasting)).probability if lasting else 0.0
     misfit = size(residuals.after) >= MISFIT
     rows = fit.rows
     parts = [
@@ -76,11 +83,7 @@ def answer(found: Investigation) -> Diagnosis:
     ]
     predicted = _are_predicted(parts, rows[:, 0], left)
     # a number that vehicle.toml has wrong is constant: on a component whose error varies, it may be its mean
-    varying = {
-        found.posterior.terms[member].component
-        for member in found.members
-        if member not in numbers and not found.posterior.terms[member].is_event
-    }
+    varying = {found.posterior.terms[member].component for member in lasting}
     surest = [
         EVEN if misfit or doubted or (term.is_calibrated and term.component in varying) else SUREST
         for term, doubted in zip(fit.chosen.terms, predicted, strict=False)
@@ -89,7 +92,7 @@ def answer(found: Investigation) -> Diagnosis:
     present = [
         _finding(fit, number, rivalry(found, member), explained[number], surest[number])
         if (number := numbers.get(member)) is not None
-        else _unknown(found, member, rivalry(found, member), excess)
+        else _unknown(found, member, rivalry(found, member), excess, min(nameless, SUREST))
         for member in found.members
     ]
     told = _fit(fit, residuals)
@@ -236,8 +239,8 @@ def _pushed(component: str) -> str:
     return f"{component_in_words(component).capitalize()} was pushed at single moments, as no obstacle does."
 
 
-def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float) -> Finding:
-    """Return what has no name as a finding, with the law that was learned of it."""
+def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float, surest: float) -> Finding:
+    """Return what has no name as a finding, with its law, no surer than a probability."""
     posterior = found.posterior
     term, fit = posterior.terms[member], found.fit
     conditional = posterior.given(set(found.members) - {member})
@@ -259,7 +262,7 @@ def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float) 
     return Finding(
         UNKNOWN,
         term.component,
-        min(rivals.probability, SUREST),
+        min(rivals.probability, surest),
         others,
         Where(channels_of(posterior.regression, part_of), (), quantity),
         (),
