@@ -163,6 +163,9 @@ def _show(diagnosis: Diagnosis) -> None:
         say(f"{finding.probability:5.0%}  {finding.effect} on {finding.component}: {finding.says}")
         for parameter in finding.parameters:
             out.print(f"       {shown(parameter)}")
+        if finding.repeats is not None:
+            same = "they agree" if finding.repeats.agree else "they differ"
+            say(f"       by each recording alone: {shown(finding.repeats.parameter)}: {same}")
         for other in finding.alternatives:
             out.print(f"       or {other.effect} on {other.component} ({other.probability:.0%})")
         if finding.separates:

@@ -18,6 +18,7 @@ Key = tuple[str, str]  # an effect, and the component on which it acts
 # [1] factor by which noise levels of robots in use differ: exp(1.2), one standard deviation of the prior
 # `LOG_LEVEL_SIGMA` of `noise.levels`.
 USUAL_FACTOR = 3.3
+DIFFERENT = 0.01  # [1] declared: of findings that are the same in all recordings, one in a hundred "differs"
 ASSERTED = 0.5  # [1] probability from which a finding is asserted; below it is a possibility
 
 
@@ -86,6 +87,24 @@ class Where:
 
 
 @dataclass(frozen=True, slots=True)
+class Repeats:
+    """How a finding repeats in several recordings of a robot.
+
+    Attributes:
+        parameter: The finding's size, by each recording alone in their order.
+        p_value: Probability that estimates differ so much, or more, where all recordings have the same size.
+    """
+
+    parameter: Parameter
+    p_value: float
+
+    @property
+    def agree(self) -> bool:
+        """Whether the recordings agree on it, at the declared error rate `DIFFERENT`."""
+        return self.p_value >= DIFFERENT
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
     """One piece of physics that the simulation leaves out.
 
@@ -100,6 +119,7 @@ class Finding:
         says: The finding in one sentence.
         depends_on: For "unknown", the quantities on which the residual depends.
         separates: A drive that would distinguish it from its alternatives; empty where there are none.
+        repeats: Its size by each recording alone; None for one recording, and for what acts at moments.
     """
 
     effect: str
@@ -112,6 +132,7 @@ class Finding:
     says: str = ""
     depends_on: tuple[str, ...] = ()
     separates: str = ""
+    repeats: Repeats | None = None
 
     @property
     def key(self) -> Key:
@@ -121,6 +142,8 @@ class Finding:
     def as_json(self) -> dict[str, Any]:
         """Return the contract's object of a finding."""
         answer = {**as_plain(self), "parameters": _by_name(self.parameters)}
+        if self.repeats is not None:
+            answer["repeats"]["agree"] = self.repeats.agree
         depends_on = answer.pop("depends_on")
         return {**answer, "depends_on": depends_on} if self.effect == "unknown" else answer
 

@@ -11,6 +11,7 @@ from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.averaged import averaged
 from omnimate.mismatch.answer.drawn import evidence_of
 from omnimate.mismatch.answer.omnibus import RELEVANT, leftover
+from omnimate.mismatch.answer.repeats import repeats_of
 from omnimate.mismatch.answer.rerun import rerun
 from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
 from omnimate.mismatch.answer.uncertainty import sigmas
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.answer.omnibus import Leftover
     from omnimate.mismatch.answer.rivals import Rivalry
     from omnimate.mismatch.candidates.regression import Regression
+    from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.diagnosis import Verdict
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.fit import Acting, Fitted
@@ -84,13 +86,19 @@ def answer(found: Investigation) -> Diagnosis:
     predicted = _are_predicted(parts, rows[:, 0], left)
     # a number that vehicle.toml has wrong is constant: on a component whose error varies, it may be its mean
     varying = {found.posterior.terms[member].component for member in lasting}
-    surest = [
-        EVEN if misfit or doubted or (term.is_calibrated and term.component in varying) else SUREST
-        for term, doubted in zip(fit.chosen.terms, predicted, strict=False)
-    ]
     explained = [float(part @ (part + 2.0 * rows[:, 0])) / excess for part in parts]
+    surest = [
+        EVEN if misfit or any(doubts) or (term.is_calibrated and term.component in varying) else SUREST
+        for term, *doubts in zip(
+            fit.chosen.terms, predicted, _are_discrepancies(fit.chosen.terms, explained), strict=True
+        )
+    ]
+    repeats = repeats_of(fit, len(found.named))
     present = [
-        _finding(fit, number, rivalry(found, member), explained[number], surest[number])
+        replace(
+            _finding(fit, number, rivalry(found, member), explained[number], surest[number]),
+            repeats=repeats[number],
+        )
         if (number := numbers.get(member)) is not None
         else _unknown(found, member, rivalry(found, member), excess, min(nameless, SUREST))
         for member in found.members
@@ -233,6 +241,21 @@ def _are_predicted(parts: Sequence[Array], after: Array, left: Leftover) -> list
     rest, parts_left = columns[:, 0], columns[:, 1:]
     squares, scores = (parts_left**2).sum(axis=0), parts_left.T @ rest
     return [bool(doubted) for doubted in (scores + squares) ** 2 < 2.0 * NAMELESS_MARGIN * squares]
+
+
+def _are_discrepancies(terms: Sequence[Term], explained: Sequence[float]) -> list[bool]:
+    """Say of each effect whether the others' laws, which are not exact, may leave as much as it explains.
+
+    Args:
+        terms: The effects.
+        explained: Share of the mismatch's square that each explains, of which a law may miss the square of
+            its declared discrepancy. What acts for a while only is compared there when it is judged.
+    """
+    missed = [term.discrepancy**2 * max(share, 0.0) for term, share in zip(terms, explained, strict=True)]
+    return [
+        not term.is_local and share < sum(missed) - own
+        for term, share, own in zip(terms, explained, missed, strict=True)
+    ]
 
 
 def _pushed(component: str) -> str:

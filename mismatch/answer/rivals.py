@@ -51,8 +51,7 @@ def rivalry(found: Investigation, member: int) -> Rivalry:
     """
     posterior = found.posterior
     rest = set(found.members) - {member}
-    # no law is exact: what a rival explains within the discrepancy of the member's law does not favour it
-    conditional, own = posterior.given(rest, (member,)), posterior.terms[member].key
+    conditional, own = posterior.given(rest), posterior.terms[member].key
     judged = _judged(posterior, conditional, member)
     itself = judged[own][member]
     draws = _draws(posterior, member)

@@ -110,18 +110,10 @@ class ConditionalFit:
     """The data and all candidates, given a set of members: nuisances and members are projected out.
 
     Judgements are cached; arrays are recomputed on demand after `release`.
-
-    Args:
-        candidates: The candidates.
-        members: Those that are in the set.
-        inexact: Those that are not, and whose discrepancies from their laws are noise all the same.
     """
 
-    def __init__(
-        self, candidates: Candidates, members: tuple[int, ...], inexact: tuple[int, ...] = ()
-    ) -> None:
+    def __init__(self, candidates: Candidates, members: tuple[int, ...]) -> None:
         self.candidates, self.members = candidates, members
-        self._present = *members, *inexact
         self._judged: dict[int, Judgement] = {}
         self._residual_columns: dict[int, Array] = {}
         background, background_sizes = candidates.background
@@ -196,13 +188,13 @@ class ConditionalFit:
         return MEMBER_SIZE * self._products.coefficients[first:][:, columns]
 
     def _member_discrepancies(self) -> Array:
-        """Return one standard deviation of the discrepancy of what is present from its law, `(V, k)`."""
+        """Return one standard deviation of each member's discrepancy from its law, `(V, k)`."""
         terms, white = self.candidates.terms, self.candidates.regression.white
-        columns = white[:, [column for member in self._present for column in self.candidates.columns(member)]]
+        columns = white[:, [column for member in self.members for column in self.candidates.columns(member)]]
         precision = columns.T @ columns + np.eye(columns.shape[1]) / MEMBER_SIZE**2
         sizes = np.linalg.solve(precision, columns.T @ white[:, 0])
         parts, first = [np.zeros((len(white), 0))], 0
-        for member in self._present:
+        for member in self.members:
             part = slice(first, first + len(self.candidates.columns(member)))
             parts.append(terms[member].discrepancy * columns[:, part] @ sizes[part, None])
             first = part.stop

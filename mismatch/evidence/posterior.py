@@ -32,7 +32,7 @@ class Posterior:
     """
 
     candidates: Candidates
-    fits: dict[tuple[frozenset[int], tuple[int, ...]], ConditionalFit] = field(default_factory=dict)
+    fits: dict[frozenset[int], ConditionalFit] = field(default_factory=dict)
 
     @property
     def regression(self) -> Regression:
@@ -54,10 +54,10 @@ class Posterior:
         all_terms, all_places = [*self.terms, *terms], [*self.places, *places]
         return Posterior(replace(self.candidates, terms=all_terms, places=all_places))
 
-    def given(self, members: Iterable[int], inexact: tuple[int, ...] = ()) -> ConditionalFit:
-        """Return the data and candidates given a set, with discrepancies of further candidates as noise."""
-        key = frozenset(members), inexact
-        fit = self.fits.pop(key, None) or ConditionalFit(self.candidates, tuple(sorted(key[0])), inexact)
+    def given(self, members: Iterable[int]) -> ConditionalFit:
+        """Return the data and candidates given a set."""
+        key = frozenset(members)
+        fit = self.fits.pop(key, None) or ConditionalFit(self.candidates, tuple(sorted(key)))
         self.fits[key] = fit
         for old in list(self.fits.values())[-_CACHED_FITS - 1 : -_CACHED_FITS]:
             old.release()

@@ -12,7 +12,7 @@ from omnimate.mismatch.report.plots import FULL, floor_plans, residual_traces, s
 from omnimate.mismatch.report.style import Head, html_report
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from omnimate.mismatch.diagnosis import Change, Diagnosis, Finding, Fit, Parameter
 
@@ -74,7 +74,8 @@ def _finding(finding: Finding) -> str:
     depends = f"<p>Depends on: {escape(', '.join(finding.depends_on))}.</p>" if finding.depends_on else ""
     return (
         f"<h3>{escape(finding.says)}</h3>{likeliest}"
-        f"{others}{_parameters(finding)}<p class=soft>{_where(finding)}</p>{depends}{separates}"
+        f"{others}{_parameters(finding.parameters)}{_repeats(finding)}"
+        f"<p class=soft>{_where(finding)}</p>{depends}{separates}"
     )
 
 
@@ -119,11 +120,19 @@ def _calibrated(diagnosis: Diagnosis) -> Iterable[str]:
     yield _table("number<th>parameter<th>value<th>95 % interval<th>unit", rows)
 
 
-def _parameters(finding: Finding) -> str:
-    if not finding.parameters:
+def _parameters(parameters: Sequence[Parameter], value: str = "value") -> str:
+    if not parameters:
         return ""
-    rows = "".join(_row(*row) for parameter in finding.parameters for row in _values(parameter))
-    return _table("parameter<th>value<th>95 % interval<th>unit", rows)
+    rows = "".join(_row(*row) for parameter in parameters for row in _values(parameter))
+    return _table(f"parameter<th>{value}<th>95 % interval<th>unit", rows)
+
+
+def _repeats(finding: Finding) -> str:
+    if finding.repeats is None:
+        return ""
+    same = "The recordings agree on it." if finding.repeats.agree else "The recordings differ in it."
+    table = _parameters([finding.repeats.parameter], "by each recording alone")
+    return f"<p>{same}</p>{table}"
 
 
 def _table(head: str, rows: str) -> str:

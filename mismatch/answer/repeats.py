@@ -1,0 +1,81 @@
+"""Whether a finding repeats: its size in each recording alone, and whether these sizes agree."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.stats import chi2
+
+from omnimate.mismatch.answer.uncertainty import sigmas
+from omnimate.mismatch.diagnosis import Parameter, Repeats
+from omnimate.mismatch.evidence.density import MEMBER_SIZE
+from omnimate.mismatch.evidence.rows import whiten_nuisances
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.mismatch.candidates.terms import Term
+    from omnimate.mismatch.fit import Fitted
+    from omnimate.vehicle.se2 import Array
+
+Estimate = tuple["Array", "Array"]  # coefficients (k,) of an effect, and their covariance (k, k)
+
+
+def repeats_of(fit: Fitted, effects: int) -> list[Repeats | None]:
+    """Return how the first effects of a fit repeat in its recordings, given everything else.
+
+    None where it cannot repeat: there is one recording, or it acts at some moments only.
+
+    Args:
+        fit: To all recordings.
+        effects: Number of effects that have a name.
+    """
+    count = len(fit.regression.windows)
+    alone = [_alone(fit, recording) for recording in range(count)] if count > 1 else []
+    return [
+        None if term.is_local or not alone else _repeats(term, values, [each[number] for each in alone])
+        for number, (term, values) in enumerate(
+            zip(fit.chosen.terms[:effects], fit.chosen.values[:effects], strict=True)
+        )
+    ]
+
+
+def _alone(fit: Fitted, recording: int) -> list[Estimate]:
+    """Return every effect's coefficients and their covariance by one recording, all being fitted to it."""
+    mine = fit.regression.owner == recording
+    rows = whiten_nuisances(fit.regression.white[mine], fit.nuisance[mine])
+    everything = list(fit.everything())
+    columns = np.hstack([rows[:, place] for _, place, _ in everything])
+    known = np.concatenate([values for _, _, values in everything])
+    covariance = np.linalg.inv(columns.T @ columns + np.eye(len(known)) / MEMBER_SIZE**2)
+    own = covariance @ (columns.T @ (rows[:, 0] + columns @ known))
+    edges = np.cumsum([0, *(len(values) for _, _, values in everything)]).tolist()
+    return [(own[start:end], covariance[start:end, start:end]) for start, end in itertools.pairwise(edges)]
+
+
+def _repeats(term: Term, values: Array, alone: Sequence[Estimate]) -> Repeats:
+    """Return how coefficients (k,) repeat: Cochran's Q of a meta-analysis (Biometrics 10, 1954).
+
+    The law is not exact: from recording to recording, the size may vary by the declared discrepancy.
+    """
+    inexact = (term.discrepancy * float(np.linalg.norm(values))) ** 2 * np.eye(len(values))
+    estimates = np.stack([own for own, _ in alone])
+    information = np.stack([np.linalg.inv(covariance + inexact) for _, covariance in alone])
+    mean = np.linalg.solve(information.sum(axis=0), np.einsum("rij,rj->i", information, estimates))
+    away = estimates - mean
+    square = float(np.einsum("ri,rij,rj->", away, information, away))
+    freedom = len(values) * (len(alone) - 1)
+    effects = [term.built(own) for own in estimates]
+    spreads = [
+        sigmas(term, effect, covariance)[term.linear]
+        for effect, (_, covariance) in zip(effects, alone, strict=True)
+    ]
+    parameter = Parameter(
+        term.linear,
+        tuple(float(getattr(effect, term.linear)) for effect in effects),
+        tuple(float(np.max(spread)) for spread in spreads),
+        term.kind.estimated().unit,
+    )
+    return Repeats(parameter, float(chi2.sf(square, freedom)))

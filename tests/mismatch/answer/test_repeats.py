@@ -1,0 +1,52 @@
+"""What is the same in all recordings of a robot is said to repeat, and what differs is said to differ."""
+
+import numpy as np
+
+from omnimate.mismatch import diagnose
+from omnimate.mismatch.answer.repeats import repeats_of
+from omnimate.mismatch.candidates.terms import term
+from omnimate.mismatch.fit import fitted
+from omnimate.mismatch.noise.levels import NoiseLevels
+from omnimate.mismatch.recording.signals import signals_of
+
+USUAL = NoiseLevels(roughness=5e-4, waviness=5e-5, creep=4e-5, joint_a=2e-5, joint_b=2e-5, link=5e-6)
+
+
+def eccentric(drive, effect, *amplitudes):
+    """Return drives of a robot whose wheel b.left is out of round by an amplitude [m] each."""
+    return [
+        drive(effect("wheel_eccentricity", "b.left", amplitude=size, phase=0.5), seed=20 + number, laps=1)
+        for number, size in enumerate(amplitudes)
+    ]
+
+
+def repeats(recordings):
+    fit = fitted(
+        [signals_of(recording) for recording in recordings],
+        USUAL,
+        [term("wheel_eccentricity", "b.left")],
+        [np.zeros(2)],
+    )
+    return repeats_of(fit, 1)[0]
+
+
+def test_the_size_in_each_recording_alone_is_given_and_equal_ones_agree(drive, effect):
+    found = repeats(eccentric(drive, effect, 4e-4, 4e-4, 4e-4))
+    assert found.agree
+    assert np.all(np.abs(np.array(found.parameter.value) - 4e-4) < 3.0 * np.array(found.parameter.sigma))
+
+
+def test_sizes_that_differ_do_not_agree(drive, effect):
+    found = repeats(eccentric(drive, effect, 6e-4, 6e-4, 1e-4))
+    assert not found.agree
+    assert np.argmin(found.parameter.value) == 2
+
+
+def test_one_recording_repeats_nothing(drive, effect):
+    assert repeats(eccentric(drive, effect, 4e-4)) is None
+
+
+def test_a_diagnosis_of_several_recordings_says_whether_they_agree(drive, effect):
+    answer = diagnose(eccentric(drive, effect, 4e-4, 4e-4)).as_json()
+    assert answer["findings"][0]["effect"] == "wheel_eccentricity"
+    assert answer["findings"][0]["repeats"]["agree"] is True
