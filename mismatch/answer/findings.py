@@ -9,6 +9,7 @@ import numpy as np
 
 from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.averaged import averaged
+from omnimate.mismatch.answer.doubts import SUREST, surest_names, surest_unknown
 from omnimate.mismatch.answer.drawn import evidence_of
 from omnimate.mismatch.answer.omnibus import RELEVANT, leftover
 from omnimate.mismatch.answer.repeats import repeats_of
@@ -31,7 +32,7 @@ from omnimate.mismatch.diagnosis import (
     Parameter,
     Where,
 )
-from omnimate.mismatch.evidence.search import FULLY_JUDGED, NAMELESS_MARGIN, ranked_candidates
+from omnimate.mismatch.evidence.search import FULLY_JUDGED, ranked_candidates
 from omnimate.mismatch.heldout import HELD, METRIC, held_out, nominal_of, size
 from omnimate.mismatch.noise.levels import nominal_levels
 from omnimate.mismatch.scans.nonlinear import spreads
@@ -42,20 +43,13 @@ if TYPE_CHECKING:
     from omnimate.mismatch.answer.omnibus import Leftover
     from omnimate.mismatch.answer.rivals import Rivalry
     from omnimate.mismatch.candidates.regression import Regression
-    from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.diagnosis import Verdict
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.fit import Acting, Fitted
     from omnimate.mismatch.heldout import HeldOut
     from omnimate.mismatch.investigate import Investigation
-    from omnimate.vehicle.se2 import Array
 
 _SHOWN = 6  # alternatives of a finding
-EVEN = 0.5  # probability of a name that is the best of wrong ones, at most
-# Held-out residual from which no name is sure: a posterior predictive check (Gelman, Meng & Stern, Statistica
-# Sinica 1996); what is 1.2 times the noise is 0.66 of it in addition.
-MISFIT = 1.2
-SUREST = 0.999  # no probability above it is printed: the model itself is no surer
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
 _SEEN = 0.7
@@ -71,28 +65,11 @@ def answer(found: Investigation) -> Diagnosis:
     excess = max(fall, 1e-9) + remaining
     numbers = {member: number for number, member in enumerate(found.named)}
     left = leftover(found.posterior, found.members)
-    lasting = [
-        member
-        for member in found.members
-        if found.posterior.terms[member].is_unknown and not found.posterior.terms[member].is_event
-    ]
-    # curves without a name assume white noise: the omnibus test, which does not, must see them, too
-    nameless = leftover(found.posterior, set(found.members) - set(lasting)).probability if lasting else 0.0
-    misfit = size(residuals.after) >= MISFIT
-    rows = fit.rows
-    parts = [
-        rows[:, place] @ sizes for place, sizes in zip(fit.chosen.places, fit.chosen.values, strict=True)
-    ]
-    predicted = _are_predicted(parts, rows[:, 0], left)
-    # a number that vehicle.toml has wrong is constant: on a component whose error varies, it may be its mean
-    varying = {found.posterior.terms[member].component for member in lasting}
+    rows, chosen = fit.rows, fit.chosen
+    parts = [rows[:, place] @ sizes for place, sizes in zip(chosen.places, chosen.values, strict=True)]
     explained = [float(part @ (part + 2.0 * rows[:, 0])) / excess for part in parts]
-    surest = [
-        EVEN if misfit or any(doubts) or (term.is_calibrated and term.component in varying) else SUREST
-        for term, *doubts in zip(
-            fit.chosen.terms, predicted, _are_discrepancies(fit.chosen.terms, explained), strict=True
-        )
-    ]
+    surest = surest_names(found, parts, explained, left, size(residuals.after))
+    nameless = surest_unknown(found)
     repeats = repeats_of(fit, len(found.named))
     present = [
         replace(
@@ -100,7 +77,7 @@ def answer(found: Investigation) -> Diagnosis:
             repeats=repeats[number],
         )
         if (number := numbers.get(member)) is not None
-        else _unknown(found, member, rivalry(found, member), excess, min(nameless, SUREST))
+        else _unknown(found, member, rivalry(found, member), excess, nameless)
         for member in found.members
     ]
     told = _fit(fit, residuals)
@@ -210,7 +187,7 @@ def _finding(fit: Fitted, number: int, rivals: Rivalry, explained: float, surest
     return Finding(
         effect.name,
         effect.component,
-        min(rivals.probability, SUREST if unknown else surest),
+        min(rivals.probability, surest),
         others,
         Where(
             channels_of(regression, part_of),
@@ -225,37 +202,6 @@ def _finding(fit: Fitted, number: int, rivals: Rivalry, explained: float, surest
         (PUSH_REGIME,) if unknown else (),
         "; ".join(drives_for(names)) if any(other.probability > 0.05 for other in others) else "",
     )
-
-
-def _are_predicted(parts: Sequence[Array], after: Array, left: Leftover) -> list[bool]:
-    """Say of each effect whether what predicts the leftover leaves it less than a margin of evidence.
-
-    Args:
-        parts: What each effect explains of the data, `(V,)`.
-        after: Data without all that is explained, `(V,)`.
-        left: The leftover.
-    """
-    if not left.predictions or not parts:
-        return [False] * len(parts)
-    columns = left.project_out(np.stack([after, *parts], axis=1))
-    rest, parts_left = columns[:, 0], columns[:, 1:]
-    squares, scores = (parts_left**2).sum(axis=0), parts_left.T @ rest
-    return [bool(doubted) for doubted in (scores + squares) ** 2 < 2.0 * NAMELESS_MARGIN * squares]
-
-
-def _are_discrepancies(terms: Sequence[Term], explained: Sequence[float]) -> list[bool]:
-    """Say of each effect whether the others' laws, which are not exact, may leave as much as it explains.
-
-    Args:
-        terms: The effects.
-        explained: Share of the mismatch's square that each explains, of which a law may miss the square of
-            its declared discrepancy. What acts for a while only is compared there when it is judged.
-    """
-    missed = [term.discrepancy**2 * max(share, 0.0) for term, share in zip(terms, explained, strict=True)]
-    return [
-        not term.is_local and share < sum(missed) - own
-        for term, share, own in zip(terms, explained, missed, strict=True)
-    ]
 
 
 def _pushed(component: str) -> str:

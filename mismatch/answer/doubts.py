@@ -1,0 +1,105 @@
+"""Reasons to doubt that the best name of the library is right: how sure an answer may be at most."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.mismatch.answer.omnibus import leftover
+from omnimate.mismatch.evidence.search import NAMELESS_MARGIN
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from omnimate.mismatch.answer.omnibus import Leftover
+    from omnimate.mismatch.candidates.terms import Term
+    from omnimate.mismatch.investigate import Investigation
+    from omnimate.vehicle.se2 import Array
+
+SUREST = 0.999  # no probability above it is printed: the model itself is no surer
+EVEN = 0.5  # probability of a name that is the best of wrong ones, at most
+# Held-out residual from which no name is sure: a posterior predictive check (Gelman, Meng & Stern, Statistica
+# Sinica 1996); what is 1.2 times the noise is 0.66 of it in addition.
+MISFIT = 1.2
+
+
+def surest_names(
+    found: Investigation, parts: Sequence[Array], explained: Sequence[float], left: Leftover, residual: float
+) -> list[float]:
+    """Return the largest probability that each effect of the fit may have.
+
+    A name is doubted where the fit does not explain the data; where what predicts the leftover, or the other
+    laws, which are not exact, may explain as much; and where it is a constant number on a component whose
+    error varies. A push is doubted beside events that have a name: it may be one more of them.
+
+    Args:
+        found: The best set, and its fit.
+        parts: What each effect explains of the data, `(V,)`.
+        explained: Share of the mismatch's square that it explains.
+        left: What the fit leaves and can be predicted.
+        residual: Held-out residual with the effects.
+    """
+    terms = found.fit.chosen.terms
+    varying = {term.component for term in map(found.posterior.terms.__getitem__, _lasting(found))}
+    has_named_events = any(term.is_local and not term.is_unknown for term in terms)
+    predicted = _are_predicted(parts, found.fit.rows[:, 0], left)
+    inexact = _are_discrepancies(terms, explained)
+    doubted = [
+        has_named_events
+        if term.is_unknown
+        else residual >= MISFIT
+        or predicted[number]
+        or inexact[number]
+        or (term.is_calibrated and term.component in varying)
+        for number, term in enumerate(terms)
+    ]
+    return [EVEN if doubt else SUREST for doubt in doubted]
+
+
+def surest_unknown(found: Investigation) -> float:
+    """Return the largest probability that a lasting error without a name may have.
+
+    Its curves are judged as if noise were white: the omnibus test, which assumes nothing, must see it, too.
+    """
+    lasting = _lasting(found)
+    return (
+        min(SUREST, leftover(found.posterior, set(found.members) - lasting).probability) if lasting else 0.0
+    )
+
+
+def _lasting(found: Investigation) -> set[int]:
+    """Return the members that are lasting errors without a name."""
+    terms = found.posterior.terms
+    return {member for member in found.members if terms[member].is_unknown and not terms[member].is_event}
+
+
+def _are_predicted(parts: Sequence[Array], after: Array, left: Leftover) -> list[bool]:
+    """Say of each effect whether what predicts the leftover leaves it less than a margin of evidence.
+
+    Args:
+        parts: What each effect explains of the data, `(V,)`.
+        after: Data without all that is explained, `(V,)`.
+        left: The leftover.
+    """
+    if not left.predictions or not parts:
+        return [False] * len(parts)
+    columns = left.project_out(np.stack([after, *parts], axis=1))
+    rest, parts_left = columns[:, 0], columns[:, 1:]
+    squares, scores = (parts_left**2).sum(axis=0), parts_left.T @ rest
+    return [bool(doubted) for doubted in (scores + squares) ** 2 < 2.0 * NAMELESS_MARGIN * squares]
+
+
+def _are_discrepancies(terms: Sequence[Term], explained: Sequence[float]) -> list[bool]:
+    """Say of each effect whether the others' laws, which are not exact, may leave as much as it explains.
+
+    Args:
+        terms: The effects.
+        explained: Share of the mismatch's square that each explains, of which a law may miss the square of
+            its declared discrepancy. What acts for a while only is compared there when it is judged.
+    """
+    missed = [term.discrepancy**2 * max(share, 0.0) for term, share in zip(terms, explained, strict=True)]
+    return [
+        not term.is_local and share < sum(missed) - own
+        for term, share, own in zip(terms, explained, missed, strict=True)
+    ]
