@@ -49,8 +49,9 @@ def _alone(fit: Fitted, recording: int) -> list[Estimate]:
     everything = list(fit.everything())
     columns = np.hstack([rows[:, place] for _, place, _ in everything])
     known = np.concatenate([values for _, _, values in everything])
-    covariance = np.linalg.inv(columns.T @ columns + np.eye(len(known)) / MEMBER_SIZE**2)
-    own = covariance @ (columns.T @ (rows[:, 0] + columns @ known))
+    precision = columns.T @ columns + np.eye(len(known)) / MEMBER_SIZE**2
+    covariance: Array = np.linalg.inv(precision).astype(np.float64)
+    own: Array = covariance @ (columns.T @ (rows[:, 0] + columns @ known))
     edges = np.cumsum([0, *(len(values) for _, _, values in everything)]).tolist()
     return [(own[start:end], covariance[start:end, start:end]) for start, end in itertools.pairwise(edges)]
 

@@ -17,7 +17,8 @@ import numpy as np
 
 from omnimate.effects import effects_scanned_by
 from omnimate.effects.words import component_in_words
-from omnimate.mismatch.answer.findings import SUREST, blind, unseen_in_words
+from omnimate.mismatch.answer.doubts import SUREST
+from omnimate.mismatch.answer.findings import blind, unseen_in_words
 from omnimate.mismatch.answer.rivals import POSSIBLE
 from omnimate.mismatch.candidates.pushes import push
 from omnimate.mismatch.candidates.regression import Regression
