@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.text import Text
 
 from omnimate.cli.console import out, say, warn
 from omnimate.cli.options import OneTruck, OutFile, Profile
+from omnimate.cli.robots import write_profile, write_vehicle
 from omnimate.cli.tables import new_table, show
 
 if TYPE_CHECKING:
@@ -22,28 +21,11 @@ if TYPE_CHECKING:
     from omnimate.calib.estimation.chains import Coordinate
     from omnimate.calib.estimation.estimates import DownWeighted, Estimate
     from omnimate.calib.paths.least_squares import PathCalibration, Quantity
-    from omnimate.vehicle.parameters import Truck, TruckName
+    from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.recording import Recording
 
 _SCREEN = {"1": ("%", 1e2), "rad": ("deg", math.degrees(1.0)), "m": ("mm", 1e3), "s": ("ms", 1e3)}
 _MOST_NAMED = 5  # fixes that are listed one by one
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What to estimate in addition to the truck, and what to hold.
-
-    Attributes:
-        reference_offset: Whether to estimate where the reference sits on the truck.
-        time_offset: Whether to estimate the delay of the reference's clock.
-        hold: Names of the coordinates that stay nominal.
-        spacing: Time between two absolute poses that are used [s].
-    """
-
-    reference_offset: bool
-    time_offset: bool
-    hold: tuple[str, ...]
-    spacing: float
 
 
 def calibrate(
@@ -78,40 +60,47 @@ def calibrate(
     profile: Profile = None,
 ) -> None:
     """In place of umbmark: calibrate from any drive whose absolute poses are measured."""
+    from omnimate.calib.apply import corrected_vehicle
+    from omnimate.calib.paths.least_squares import calibrate_truck
+    from omnimate.figures.files import check_format
     from omnimate.files.recordings.folder import load_recording
 
     if relative is not None:
         _relative([load_recording(source) for source in sources], relative, truck, out_file)
         return
-    _check_plot(plot)
+    if plot is not None:
+        check_format(plot)
     recordings = [load_recording(source) for source in sources]
     if not linkage:
         _warn_of_frozen(recordings)
-    options = Options(reference_offset, time_offset, tuple(hold or ()), spacing)
-    names = _trucks(recordings, truck, linkage=linkage)
-    trucks = {name: _truck(recordings, name, options) for name in names}
+    fits: dict[TruckName, PathCalibration] = {}
+    for name in _trucks(recordings, truck, linkage=linkage):
+        fit = fits[name] = calibrate_truck(
+            recordings,
+            name,
+            with_offset=reference_offset,
+            with_time=time_offset,
+            hold=tuple(hold or ()),
+            spacing=spacing,
+        )
+        print_estimate(f"Truck {name}, {fit.source}", fit.quantities, fit.estimate)
+        for advice in fit.left_out:
+            warn(str(advice))
+    trucks = {name: fit.truck for name, fit in fits.items()}
     if linkage:
-        _linkage(recordings, trucks, out_file)
-    elif out_file is not None:
-        _write(recordings[0], {name: fitted.truck for name, fitted in trucks.items()}, out_file)
-    if profile is not None:
-        _keep(trucks, *profile)
+        _linkage(recordings, fits, out_file)
+    else:
+        write_vehicle(corrected_vehicle(recordings[0].vehicle, trucks), out_file, "calibrated")
+    write_profile(profile, trucks)
     if plot is not None:
-        _draw(recordings[0], trucks, plot)
-
-
-def _check_plot(path: Path | None) -> None:
-    """Refuse a figure's format before anything is fitted."""
-    from omnimate.figures.files import check_format
-
-    if path is not None:
-        check_format(path)
+        _draw(recordings[0], fits, plot)
 
 
 def _relative(
     recordings: list[Recording], path: Path, choice: TruckName | None, out_file: Path | None
 ) -> None:
     """Calibrate one truck, and where a sensor sits on it, by relative poses."""
+    from omnimate.calib.apply import corrected_vehicle
     from omnimate.calib.relative.calibration import calibrate_relative
     from omnimate.calib.relative.motions import load_motions
 
@@ -124,8 +113,7 @@ def _relative(
         warn(found.missing_motion)
     if found.outlying:
         out.print(f"{found.outlying} of {found.estimate.fixes} relative poses contradict the others")
-    if out_file is not None:
-        _write(recordings[0], {name: found.truck}, out_file)
+    write_vehicle(corrected_vehicle(recordings[0].vehicle, {name: found.truck}), out_file, "calibrated")
 
 
 def _warn_of_frozen(recordings: list[Recording]) -> None:
@@ -148,34 +136,14 @@ def _trucks(recordings: list[Recording], choice: TruckName | None, *, linkage: b
     return known if known or linkage else ["a"]
 
 
-def _truck(recordings: list[Recording], name: TruckName, options: Options) -> PathCalibration:
-    from omnimate.calib.paths.least_squares import calibrate_truck
-
-    calibration = calibrate_truck(
-        recordings,
-        name,
-        with_offset=options.reference_offset,
-        with_time=options.time_offset,
-        hold=options.hold,
-        spacing=options.spacing,
-    )
-    print_estimate(f"Truck {name}, {calibration.source}", calibration.quantities, calibration.estimate)
-    for advice in calibration.left_out:
-        warn(str(advice))
-    return calibration
-
-
 def _linkage(
     recordings: list[Recording], trucks: dict[TruckName, PathCalibration], out_file: Path | None
 ) -> None:
     from omnimate.calib.linkage.calibration import calibrate_linkage, corrected_linkage
-    from omnimate.vehicle.file import save_vehicle
 
     calibration = calibrate_linkage(recordings, trucks=trucks)
     print_estimate(f"Linkage, {calibration.source}", calibration.quantities, calibration.estimate)
-    if out_file is not None:
-        save_vehicle(corrected_linkage(recordings[0].vehicle, calibration), out_file)
-        say(f"calibrated: {out_file}")
+    write_vehicle(corrected_linkage(recordings[0].vehicle, calibration), out_file, "calibrated")
 
 
 def print_estimate(title: str, quantities: tuple[Quantity, ...], estimate: Estimate) -> None:
@@ -184,21 +152,6 @@ def print_estimate(title: str, quantities: tuple[Quantity, ...], estimate: Estim
     show(factors_table(estimate))
     for sentence in noise_sentences(estimate):
         say(sentence)
-
-
-def _write(recording: Recording, trucks: dict[TruckName, Truck], path: Path) -> None:
-    from omnimate.calib.apply import corrected_vehicle
-    from omnimate.vehicle.file import save_vehicle
-
-    save_vehicle(corrected_vehicle(recording.vehicle, trucks), path)
-    say(f"calibrated: {path}")
-
-
-def _keep(calibrations: dict[TruckName, PathCalibration], path: Path, name: str) -> None:
-    from omnimate.calib.profiles import save_profile
-
-    save_profile(path, name, {truck: calibration.truck for truck, calibration in calibrations.items()})
-    say(f"profile {name}: {path}")
 
 
 def _draw(recording: Recording, calibrations: dict[TruckName, PathCalibration], path: Path) -> None:
@@ -224,7 +177,7 @@ def quantities_table(title: str, quantities: Sequence[Quantity]) -> Table:
     for quantity in quantities:
         unit, scale = screen_unit(quantity.name)
         numbers = (quantity.nominal, quantity.value, quantity.sigma, quantity.low, quantity.high)
-        table.add_row(Text(quantity.name), unit, *(f"{scale * number:.4f}" for number in numbers))
+        table.add_row(quantity.name, unit, *(f"{scale * number:.4f}" for number in numbers))
     return table
 
 
@@ -247,7 +200,7 @@ def factors_table(estimate: Estimate) -> Table:
         word = f"held: {held[parameter.name]}" if parameter.name in held else ""
         bound = "-" if parameter.name in held else _size(parameter, sigma)
         sizes = _size(parameter, change, sign=True), bound, _size(parameter, parameter.prior_sigma)
-        table.add_row(Text(parameter.name), *sizes, Text(word))
+        table.add_row(parameter.name, *sizes, word)
     return table
 
 

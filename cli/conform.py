@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from omnimate.cli.console import err, say
+from omnimate.cli.nodes import open_probe
 from omnimate.cli.options import AsJson, Bus, Force, Node, Timeout
 
 if TYPE_CHECKING:
@@ -32,16 +33,10 @@ def conform(
 
     What it does not do is printed with the reason. The device must not drive meanwhile.
     """
-    from omnimate.driver.bus.bus import open_bus
-    from omnimate.driver.canopen.node_access import require_no_other_master
-    from omnimate.driver.conformance.probe import Probe
     from omnimate.driver.conformance.run import conform as run
 
     results = []
-    with open_bus(bus) as opened:
-        probe = Probe(opened, node, timeout)
-        if not force:
-            require_no_other_master(opened, bus)
+    with open_probe(bus, node, force=force, timeout=timeout) as probe:
         for result in run(probe, most):
             results.append(result)
             if not as_json:

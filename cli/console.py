@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from rich.console import Console
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     from rich.text import Text
 
 out = Console(highlight=False, markup=False, emoji=False)
 err = Console(stderr=True, highlight=False, emoji=False)
 _problems: list[str] = []
+
+
+class ProgressUpdate(Protocol):
+    """The function that updates a progress bar."""
+
+    def __call__(self, done: float, total: float, doing: str | None = None, /) -> None:
+        """Show the steps done, the total steps (0 where unknown), and what is being done."""
 
 
 def say(line: str | Text) -> None:
@@ -53,10 +60,12 @@ def take_problems() -> list[str]:
 
 
 @contextmanager
-def progress_bar(doing: str) -> Iterator[Callable[[int, int], None]]:
-    """Show a progress bar; give a function of (steps done, total steps), 0 where the total is unknown."""
+def progress_bar(doing: str) -> Iterator[ProgressUpdate]:
+    """Show a progress bar, and give the function that updates it."""
     from rich.progress import Progress
 
     with Progress(console=err, transient=True, disable=not err.is_terminal) as progress:
         task = progress.add_task(doing, total=None)
-        yield lambda done, total: progress.update(task, completed=done, total=total or None)
+        yield lambda done, total, doing=None: progress.update(
+            task, completed=done, total=total or None, description=doing
+        )

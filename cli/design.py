@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.text import Text
 
 from omnimate.cli.console import say
 from omnimate.cli.tables import new_table, show
@@ -71,5 +70,5 @@ def designs_table(designs: Sequence[Design]) -> Table:
         left = (
             "not known" if math.isnan(candidate.residual_error) else f"{1e3 * candidate.residual_error:.1f}"
         )
-        table.add_row(Text(candidate.name), str(candidate.laps), f"{candidate.travel:.0f}", *bounds, left)
+        table.add_row(candidate.name, str(candidate.laps), f"{candidate.travel:.0f}", *bounds, left)
     return table

@@ -11,11 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
-from omnimate.cli.console import err, out, report_problem, say
+from omnimate.cli.console import out, progress_bar, report_problem, say
 from omnimate.cli.errors import CallError
+from omnimate.cli.tables import new_table, show
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
@@ -67,23 +66,12 @@ def diagnose(
     if triage:
         _triage(loaded, json_out)
         return
-    diagnosis = _diagnose_with_progress(loaded, budget)
-    _write(diagnosis, json_out, report, effects_out)
-    _show(diagnosis)
-
-
-def _diagnose_with_progress(recordings: Sequence[Recording], budget: float | None) -> Diagnosis:
-    """Return the diagnosis, with a progress bar."""
     from omnimate.mismatch import diagnose as ask
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=True) as progress:
-        task = progress.add_task("reading", total=None)
-
-        def report_progress(done: int, total: int, doing: str) -> None:
-            progress.update(task, completed=done, total=total, description=doing)
-
-        return ask(recordings, progress=report_progress, budget=budget)
+    with progress_bar("reading") as progress:
+        diagnosis = ask(loaded, progress=progress, budget=budget)
+    _write(diagnosis, json_out, report, effects_out)
+    _show(diagnosis)
 
 
 def _triage(recordings: Sequence[Recording], json_out: Path | None) -> None:
@@ -143,12 +131,12 @@ def _each(folders: Sequence[Path], jobs: int, *, triage: bool) -> None:
     from threadpoolctl import threadpool_limits
 
     with (
-        Progress(console=err, transient=True) as progress,
+        progress_bar("diagnosing") as progress,
         ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool,
     ):
-        task = progress.add_task("diagnosing", total=len(folders))
-        for folder, line in pool.map(partial(_diagnose_folder, triage=triage), folders):
-            progress.advance(task)
+        answers = pool.map(partial(_diagnose_folder, triage=triage), folders)
+        for done, (folder, line) in enumerate(answers, start=1):
+            progress(done, len(folders))
             if line.startswith("error: "):
                 report_problem(f"{folder}: {line.removeprefix('error: ')}")
             else:
@@ -182,14 +170,11 @@ def _show(diagnosis: Diagnosis) -> None:
 
 def _show_fit(fit: Fit) -> None:
     """Print the residuals, and levels of noise that are not usual."""
-    table = Table(title="residual on data that no fit has seen (1.00 = the noise that is expected)")
-    for heading in ("channel", "before", "after"):
-        table.add_column(heading, justify="left" if heading == "channel" else "right")
-    for name, change in fit.channels.items():
-        table.add_row(name, f"{change.before:.2f}", f"{change.after:.2f}")
-    table.add_row("all", f"{fit.heldout.before:.2f}", f"{fit.heldout.after:.2f}", style="bold")
+    title = "residual on data that no fit has seen (1.00 = the noise that is expected)"
+    changes = {**fit.channels, "all": fit.heldout}
+    rows = [(name, f"{change.before:.2f}", f"{change.after:.2f}") for name, change in changes.items()]
     out.print()
-    out.print(table)
+    show(new_table(title, ("channel",), ("before", "after"), rows))
     for level in fit.unusual_noise:
         say(f"noise of {level}")
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-from rich.text import Text
-
 from omnimate.cli.console import out, report_problem, say
-from omnimate.cli.tables import show
+from omnimate.cli.tables import new_table, show
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from omnimate.driver.robot.configuration import ConfigurationReport
     from omnimate.driver.robot.report import DriverReport
 
@@ -32,12 +30,12 @@ COUNTERS = {
 def show_configuration(report: ConfigurationReport, *, verbose: bool = False) -> None:
     """Print the bus load, what was changed at each node, and what to read; all that was found if verbose."""
     say(report.load.in_words())
-    table = Table("node", "channel", "", "what", box=SIMPLE_HEAD)
+    table = new_table("", ("node", "channel", "", "what"))
     for node in report.nodes:
         lines = [line for line in node.lines() if verbose or line[0] != "found"] or [("", "as it must be")]
         for number, (kind, line) in enumerate(lines):
             first = (str(node.node), ", ".join(node.names)) if number == 0 else ("", "")
-            table.add_row(*first, kind, Text(line))
+            table.add_row(*first, kind, line)
     out.print(table)
 
 
@@ -64,15 +62,11 @@ def _node_table(report: DriverReport) -> Table:
     """Return the table of the nodes, with the counters that are not all zero."""
     nodes = report.nodes
     heads = {name: head for name, head in COUNTERS.items() if any(getattr(node, name) for node in nodes)}
-    table = Table(box=SIMPLE_HEAD, title=f"{report.syncs} SYNCs", title_justify="left")
-    for head in ("node", "what", "state"):
-        table.add_column(head, no_wrap=True)
-    for head in heads.values():
-        table.add_column(head, justify="right")
-    for node in report.nodes:
-        numbers = [str(getattr(node, name)) for name in heads]
-        table.add_row(str(node.node), ", ".join(node.names), node.state, *numbers)
-    return table
+    rows = [
+        (str(node.node), ", ".join(node.names), node.state, *(str(getattr(node, name)) for name in heads))
+        for node in nodes
+    ]
+    return new_table(f"{report.syncs} SYNCs", ("node", "what", "state"), tuple(heads.values()), rows)
 
 
 def _show_events(report: DriverReport) -> None:

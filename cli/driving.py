@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import TYPE_CHECKING
 
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-from omnimate.cli.console import err, out
+from omnimate.cli.console import out, progress_bar
 from omnimate.motion.drive import Moment, drive
 from omnimate.motion.journal import Journal
 from omnimate.motion.runner import Runner
@@ -48,34 +47,21 @@ def drive_program(
     journal, runner = Journal(program, recorder), Runner(program, driver.vehicle)
     screen = _Screen(program.directions)
     driver.enable()
-    with _progress() as bar:
-        task = bar.add_task(program.protocol, total=1.0, lap="", pace="")
-        start = None
+    with progress_bar(program.protocol) as progress:
+        start, began = None, time.monotonic()
         for count, moment in enumerate(drive(driver, runner, driver.vehicle, journal, fix)):
             start = moment.sample.time if start is None else start
             screen.update(moment)
             driven = moment.sample.time - start
             if count % SHOWN_EVERY == 0:
-                passed = bar.tasks[task].elapsed or 0.0
-                pace = f"{driven / passed:.0f} x real time" if passed > 1.0 else ""
-                bar.update(task, completed=runner.progress, lap=screen.words, pace=pace)
+                passed = time.monotonic() - began
+                pace = f", {driven / passed:.0f} x real time" if passed > 1.0 else ""
+                progress(runner.progress, 1.0, f"{program.protocol}: {screen.words}{pace}")
             watch(moment)
             if seconds is not None and driven >= seconds:
                 break
-        bar.update(task, completed=1.0, lap="done")
     driver.drives.require_enabled()
     driver.stop()
-
-
-def _progress() -> Progress:
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.fields[lap]}"),
-        TimeElapsedColumn(),
-        TextColumn("{task.fields[pace]}"),
-    )
-    return Progress(*columns, console=err, transient=True)
 
 
 class _Screen:

@@ -22,14 +22,14 @@ from omnimate.files.logs.blocks import LogBlocks
 from omnimate.files.logs.dbc_reading import EXTENDED_KEY
 from omnimate.files.logs.filters import KINDS, FrameFilter, IdentifierRule, trigger_of, within_seconds
 from omnimate.files.logs.formats.candump_blocks import RELATIVE_WIDTH
-from omnimate.files.logs.formats.candump_lines import STAMP_WIDTH, format_frame, format_lines
+from omnimate.files.logs.formats.candump_lines import STAMP_WIDTH, format_lines
 from omnimate.files.logs.formats.candump_text import candump_text
-from omnimate.files.logs.frames import EXTENDED, Frame, frames_of
+from omnimate.files.logs.frames import EXTENDED, frames_of
 from omnimate.files.logs.rates import RateTable
 from omnimate.files.logs.seen_mapping import seen_objects
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -105,8 +105,8 @@ def dump(
     if bus is not None:
         if triggers:
             raise CallError("--trigger looks back, so it needs a log; record the bus first")
-        decoder = known.decoder({})
-        _dump_bus(_live(bus, wanted, count, seconds), form, decoder, decode, rates)
+        frames = _chosen(_blocks_on_bus(bus, seconds), wanted, count, None, margin)
+        _show(frames, form, None, known.decoder({}), decode=decode, rates=rates)
         return
     assert source is not None  # one of the two is given
     _dump_log(source, known, wanted, count, triggers or (), margin, form, decode=decode, rates=rates)
@@ -143,17 +143,32 @@ def _dump_log(
     near = _triggered(path, triggers, decoder) if triggers else None
     log = LogBlocks(path)
     chosen = _chosen(log, wanted, count, near, margin)
-    if rates:
-        table = RateTable()
-        for frames in chosen:
-            table.add(frames)
-        _write(table.lines(decoder))
-    else:
-        _print(chosen, log, form, decoder if decode else None)
+    _show(chosen, form, log, decoder, decode=decode, rates=rates)
     for problem in log.problems():
         warn(problem)
     if not log.is_whole:
         raise typer.Exit(1)
+
+
+def _show(
+    blocks: Iterator[Frames],
+    form: FormChoice,
+    log: LogBlocks | None,
+    decoder: FrameDecoder,
+    *,
+    decode: bool,
+    rates: bool,
+) -> None:
+    """Print frames, or their rates at the end; Ctrl-C and SIGTERM end a bus (no log) in good order."""
+    table = RateTable()
+    with contextlib.suppress(*([KeyboardInterrupt] if log is None else [])):
+        if rates:
+            for frames in blocks:
+                table.add(frames)
+        else:
+            _print(blocks, form, log, decoder if decode else None)
+    if rates:
+        _write(table.lines(decoder))
 
 
 def _triggered(path: Path, triggers: Sequence[str], decoder: FrameDecoder) -> NDArray[np.float64]:
@@ -175,19 +190,23 @@ def _triggered(path: Path, triggers: Sequence[str], decoder: FrameDecoder) -> ND
 
 
 def _chosen(
-    log: LogBlocks, wanted: FrameFilter, count: int | None, near: NDArray[np.float64] | None, margin: float
+    blocks: Iterable[Frames],
+    wanted: FrameFilter,
+    count: int | None,
+    near: NDArray[np.float64] | None,
+    margin: float,
 ) -> Iterator[Frames]:
-    """Yield the wanted frames of a log, block by block.
+    """Yield the wanted frames of a log or a bus, block by block.
 
     Args:
-        log: The log.
+        blocks: All frames, block by block.
         wanted: Which frames are wanted.
         count: Most frames; None for all.
         near: Times of the triggers around which frames are wanted [s]; None for all.
         margin: How long before and after a trigger they are [s].
     """
     start: float | None = None
-    for frames in log:
+    for frames in blocks:
         start = float(frames.time[0]) if start is None else start
         rows = wanted.wants(frames, start)
         if near is not None:
@@ -200,19 +219,24 @@ def _chosen(
             return
 
 
-def _print(blocks: Iterator[Frames], log: LogBlocks, form: FormChoice, decoder: FrameDecoder | None) -> None:
-    """Print the frames of a log, with what they mean where there is a decoder."""
+def _print(
+    blocks: Iterator[Frames], form: FormChoice, log: LogBlocks | None, decoder: FrameDecoder | None
+) -> None:
+    """Print frames, with what they mean where there is a decoder; those of a bus (no log) at once."""
     times, indent = _Times(form), False
     sys.stdout.flush()
     for frames in blocks:
         shown = times.shown(frames)
-        width = RELATIVE_WIDTH if form in {"td", "tz"} else log.stamp_width
-        if decoder is None:
+        stamp_width = STAMP_WIDTH if log is None else log.stamp_width
+        width = RELATIVE_WIDTH if form in {"td", "tz"} else stamp_width
+        if log is not None and decoder is None:
             for text in candump_text(shown, _layout(form), width, indent=indent):
                 sys.stdout.buffer.write(text)
         else:
             lines = format_lines(shown, _layout(form), width, indent=indent)
-            _write(f"{line}  ; {decoder(frame)}" for line, frame in zip(lines, frames, strict=True))
+            if decoder is not None:
+                lines = (f"{line}  ; {decoder(frame)}" for line, frame in zip(lines, frames, strict=True))
+            _write(lines)
         indent = indent or bool(np.any(frames.flags & EXTENDED))
     sys.stdout.buffer.flush()
 
@@ -247,38 +271,9 @@ def _write(lines: Iterator[str]) -> None:
     sys.stdout.flush()
 
 
-def _dump_bus(
-    frames: Generator[Frame], form: FormChoice, decoder: FrameDecoder, decode: bool, rates: bool
-) -> None:
-    """Print frames as they come, or their rates at the end; Ctrl-C and SIGTERM end it in good order."""
+def _blocks_on_bus(url: str, seconds: float | None) -> Iterator[Frames]:
+    """Yield each frame of a bus as it comes; SIGTERM ends it as Ctrl-C does."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    times, table, indent = _Times(form), RateTable(), False
-    width = RELATIVE_WIDTH if form in {"td", "tz"} else STAMP_WIDTH
-    with contextlib.suppress(KeyboardInterrupt), contextlib.closing(frames):
-        for frame in frames:
-            one = frames_of([frame])
-            if rates:
-                table.add(one)
-                continue
-            indent = indent or bool(frame.flags & EXTENDED)
-            words = f"  ; {decoder(frame)}" if decode else ""
-            shown = frame._replace(time=float(times.shown(one).time[0]))
-            sys.stdout.write(
-                format_frame(shown, _layout(form), indent=indent, stamp_width=width) + words + "\n"
-            )
-            sys.stdout.flush()
-    if rates:
-        _write(table.lines(decoder))
-
-
-def _live(url: str, wanted: FrameFilter, count: int | None, seconds: float | None) -> Generator[Frame]:
-    """Yield the wanted frames of a bus until it is enough."""
-    start: float | None = None
     with contextlib.closing(frames_on_bus(url, seconds)) as frames:
         for frame in frames:
-            start = frame.time if start is None else start
-            if wanted != FrameFilter() and not wanted.wants(frames_of([frame]), start)[0]:
-                continue
-            yield frame
-            if count is not None and (count := count - 1) == 0:
-                return
+            yield frames_of([frame])

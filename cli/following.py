@@ -1,4 +1,4 @@
-"""The samples of a robot on a bus, as they come, with a status line."""
+"""The reader of a robot on a bus, and its samples as they come, with a status line."""
 
 from __future__ import annotations
 
@@ -9,13 +9,31 @@ from rich.live import Live
 from rich.text import Text
 
 from omnimate.cli.console import err
+from omnimate.cli.descriptions import descriptions_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
 
+    from omnimate.driver.robot.configuration import ConfigurationReport
+    from omnimate.driver.robot.driver import Driver
+    from omnimate.driver.robot.passive import PassiveReader
+    from omnimate.driver.robot.recorder import Recorder
+    from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.sample import Sample
 
 REFRESH = 0.25  # [s] between two updates of the status line
+
+
+def open_reader(
+    robot: VehicleParameters, bus: str, recorder: Recorder | None = None, *, listen_only: bool
+) -> tuple[Driver | PassiveReader, ConfigurationReport | None]:
+    """Return a reader that is ready to give samples, and how its nodes are configured if it may send."""
+    from omnimate.driver.robot.driver import open_driver
+    from omnimate.driver.robot.passive import PassiveReader
+
+    if listen_only:
+        return PassiveReader(robot, bus, recorder=recorder), None
+    return open_driver(robot, bus, recorder, descriptions_of(robot))
 
 
 def follow(

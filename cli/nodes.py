@@ -48,7 +48,7 @@ def nmt(
 
     number = _node(node)
     waited = BOOTING if command.startswith("reset") else ANSWERS
-    with _probe(bus, number, force=force) as probe:
+    with open_probe(bus, number, force=force) as probe:
         probe.send(0x000, bytes([CODES[command], number]))
         replies = probe.listen(waited, lambda reply: number != ALL and reply.can_id == 0x700 + number)
     states = {node: nmt_state_in_words(state) for node, state in sorted(_states(replies).items())}
@@ -66,7 +66,7 @@ def find(bus: Bus, force: Force = False, as_json: AsJson = False) -> None:
     """Find one device without a node id by fastscan, and print its identity."""
     from omnimate.driver.canopen.lss import LssMaster
 
-    with _probe(bus, ALL, force=force) as probe:
+    with open_probe(bus, ALL, force=force) as probe:
         master = LssMaster(probe)
         identity = master.fastscan()
         master.leave()
@@ -91,7 +91,7 @@ def set_id(
     from omnimate.driver.canopen.lss import LssMaster
 
     wanted = _identity(identity)
-    with _probe(bus, ALL, force=force) as probe:
+    with open_probe(bus, ALL, force=force) as probe:
         master = LssMaster(probe)
         there = master.fastscan() if wanted is None else (wanted if master.select(wanted) else None)
         if there is None:
@@ -110,7 +110,7 @@ def set_id(
 
 
 @contextmanager
-def _probe(bus: str, node: int, *, force: bool) -> Iterator[Probe]:
+def open_probe(bus: str, node: int, *, force: bool, timeout: float = 0.1) -> Iterator[Probe]:
     """Give raw frames to and from a bus, on which no other master may work unless it is forced."""
     from omnimate.driver.bus.bus import open_bus
     from omnimate.driver.canopen.node_access import require_no_other_master
@@ -119,7 +119,7 @@ def _probe(bus: str, node: int, *, force: bool) -> Iterator[Probe]:
     with open_bus(bus) as can_bus:
         if not force:
             require_no_other_master(can_bus, bus)
-        yield Probe(can_bus, node, timeout=0.1)
+        yield Probe(can_bus, node, timeout)
 
 
 def _states(replies: list[Reply]) -> dict[int, int]:

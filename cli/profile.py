@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from omnimate.cli.console import say
+from omnimate.cli.robots import write_vehicle
 
 app = typer.Typer(
     help="Parameters by name for several floors or loads: list, or put one into vehicle.toml.",
@@ -18,20 +18,14 @@ app = typer.Typer(
 @app.command("list")
 def list_profiles(file: Annotated[Path, typer.Argument(help="File that --profile wrote.")]) -> None:
     """Print the profiles of a file."""
-    from rich.text import Text
-
     from omnimate.calib.profiles import load_profiles
     from omnimate.cli.tables import new_table, show
 
-    table = new_table(str(file))
-    for head in ("profile", "truck"):
-        table.add_column(head)
-    for head in ("wheelbase [mm]", "left [mm]", "right [mm]"):
-        table.add_column(Text(head), justify="right")
+    table = new_table(str(file), ("profile", "truck"), ("wheelbase [mm]", "left [mm]", "right [mm]"))
     for name, profile in load_profiles(file).items():
         for truck, size in profile.items():
             numbers = (size.wheelbase, size.wheel_diameter_left, size.wheel_diameter_right)
-            table.add_row(Text(name), truck, *(f"{1e3 * number:.3f}" for number in numbers))
+            table.add_row(name, truck, *(f"{1e3 * number:.3f}" for number in numbers))
     show(table)
 
 
@@ -44,7 +38,6 @@ def apply_profile(
 ) -> None:
     """Write a vehicle.toml whose trucks have the parameters of a profile; every verb then takes it."""
     from omnimate.calib.profiles import with_profile
-    from omnimate.vehicle.file import load_vehicle, save_vehicle
+    from omnimate.vehicle.file import load_vehicle
 
-    save_vehicle(with_profile(load_vehicle(vehicle), file, name), out_file)
-    say(f"profile {name}: {out_file}")
+    write_vehicle(with_profile(load_vehicle(vehicle), file, name), out_file, f"profile {name}")

@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import say
-from omnimate.cli.descriptions import descriptions_of
 from omnimate.cli.driver_reports import show_configuration, show_report
 from omnimate.cli.errors import CallError
-from omnimate.cli.following import follow
+from omnimate.cli.following import follow, open_reader
 from omnimate.cli.options import ListenOnly, Protocol, Speed, VehicleFile
 from omnimate.cli.robots import nominal_vehicle, program_of
 
@@ -67,7 +66,10 @@ def record(
     signal.signal(signal.SIGTERM, _interrupt)
     recorder = Recorder(folder, robot, protocol=protocol, side=square)
     try:
-        reader = _open(robot, bus, recorder, listen_only=listen_only, verbose=verbose)
+        reader, report = open_reader(robot, bus, recorder, listen_only=listen_only)
+        if report is not None:
+            recorder.use(report.vehicle)
+            show_configuration(report, verbose=verbose)
     except BaseException:
         recorder.discard()
         raise
@@ -109,21 +111,6 @@ def _kept(recorder: Recorder, reader: Driver | PassiveReader) -> Iterator[None]:
         if reader.report().syncs == 0:
             recorder.discard()
         raise
-
-
-def _open(
-    robot: VehicleParameters, bus: str, recorder: Recorder, *, listen_only: bool, verbose: bool
-) -> Driver | PassiveReader:
-    """Return a reader that is ready to give samples, after printing how its nodes are configured."""
-    from omnimate.driver.robot.driver import open_driver
-    from omnimate.driver.robot.passive import PassiveReader
-
-    if listen_only:
-        return PassiveReader(robot, bus, recorder=recorder)
-    driver, report = open_driver(robot, bus, recorder, descriptions_of(robot))
-    recorder.use(report.vehicle)
-    show_configuration(report, verbose=verbose)
-    return driver
 
 
 def _follow(samples: Iterable[Sample], robot: VehicleParameters, seconds: float | None) -> None:

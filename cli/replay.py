@@ -10,14 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
 
 from omnimate.cli.console import err, out, say
 from omnimate.cli.loading import log_of, report_problems
 from omnimate.cli.options import LogSource
 from omnimate.cli.robots import nominal_vehicle
-from omnimate.cli.tables import show
+from omnimate.cli.tables import new_table, show
 
 if TYPE_CHECKING:
     from omnimate.files.logs.assemble import Assembly
@@ -112,13 +110,18 @@ def _show_log(log: LogReadResult, vehicle: VehicleParameters) -> None:
 def _show_pdos(assembly: Assembly) -> None:
     """Print what became of the PDOs of each node, and the gaps."""
     recording = assembly.recording
-    table = Table("PDO", "node", box=SIMPLE_HEAD)
-    for head in ("in samples", "missing", "late", "double", "wrong length", "restarts"):
-        table.add_column(head, justify="right")
-    for pdo in assembly.pdos:
-        numbers = (pdo.used, pdo.missing, pdo.late, pdo.duplicate, pdo.wrong_length, pdo.restarts)
-        table.add_row(f"{pdo.cob_id:03X}h", str(pdo.node), *map(str, numbers))
-    show(table)
+    heads = ("in samples", "missing", "late", "double", "wrong length", "restarts")
+    rows = [
+        (
+            f"{pdo.cob_id:03X}h",
+            *map(
+                str,
+                (pdo.node, pdo.used, pdo.missing, pdo.late, pdo.duplicate, pdo.wrong_length, pdo.restarts),
+            ),
+        )
+        for pdo in assembly.pdos
+    ]
+    show(new_table("", ("PDO", "node"), heads, rows))
     start = float(recording.time[0])
     for gap in recording.gaps[:MOST_GAPS]:
         out.print(f"  gap: {gap.channel} {gap.start - start:.3f} to {gap.end - start:.3f} s ({gap.reason})")
@@ -132,9 +135,7 @@ def _show_paths(recording: Recording, paths: Sequence[Trajectory]) -> None:
     """Print the travel of each truck, where its odometry ends, and the last absolute pose."""
     duration = float(recording.time[-1] - recording.time[0])
     out.print(f"{len(recording)} samples, {duration:.1f} s, robot {recording.vehicle.name}")
-    table = Table("truck", "", box=SIMPLE_HEAD)
-    for head in ("path [m]", "x [m]", "y [m]", "heading [degrees]"):
-        table.add_column(head, justify="right")
+    table = new_table("", ("truck", ""), ("path [m]", "x [m]", "y [m]", "heading [degrees]"))
     for path in paths:
         table.add_row(path.truck, "odometry at the end", f"{path.length:.3f}", *_cells(path.pose[-1]))
         if path.fix is not None and path.error is not None:

@@ -4,27 +4,44 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.cli.console import warn
-from omnimate.vehicle.file import load_vehicle
+from omnimate.cli.console import say, warn
+from omnimate.vehicle.file import load_vehicle, save_vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
     from pathlib import Path
 
     from omnimate.cli.options import Protocol
     from omnimate.motion.program import Program
     from omnimate.vcan_sim.truth import Truth
-    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.parameters import Truck, TruckName, VehicleParameters
 
 
 def nominal_vehicle(path: Path | None) -> VehicleParameters:
-    """Return the robot of a file, or the reference robot with a word about it."""
+    """Return the robot of a file; without one the reference robot, after a warning."""
     from omnimate.vcan_sim.reference import reference_vehicle
 
     if path is not None:
         return load_vehicle(path)
     warn("no --vehicle given: taking the reference robot, a simulated OmniMate")
     return reference_vehicle()
+
+
+def write_vehicle(vehicle: VehicleParameters, path: Path | None, what: str) -> None:
+    """Write a robot where a file is given, and print what it is."""
+    if path is not None:
+        save_vehicle(vehicle, path)
+        say(f"{what}: {path}")
+
+
+def write_profile(profile: tuple[Path, str] | None, trucks: Mapping[TruckName, Truck]) -> None:
+    """Write calibrated trucks as a profile where a file and its name are given, and print it."""
+    from omnimate.calib.profiles import save_profile
+
+    if profile is not None:
+        path, name = profile
+        save_profile(path, name, trucks)
+        say(f"profile {name}: {path}")
 
 
 def truth_of(
@@ -34,14 +51,14 @@ def truth_of(
     seed: int,
     effects: Path | None = None,
 ) -> Truth:
-    """Return the robot as it is: of a file, or the nominal one with the errors of U Fig. 11.
+    """Return the true robot of a simulation, on its floor.
 
     Args:
-        vehicle: nominal.
-        true_vehicle: file of the robot as it truly is.
-        bumps: on the floor, as texts.
-        seed: of chance.
-        effects: file of the physics that the nominal robot leaves out.
+        vehicle: Nominal robot.
+        true_vehicle: File of the true robot; None for the nominal one with the errors of U Fig. 11.
+        bumps: Bumps of the floor, as texts.
+        seed: Seed of all random numbers.
+        effects: File of the effects that act; None for none.
     """
     from omnimate.effects.file import load_effects
     from omnimate.vcan_sim.bumps import parse_bump
@@ -59,12 +76,12 @@ def program_of(
     """Return the program of a protocol.
 
     Args:
-        protocol: what to drive.
-        vehicle: by which.
-        side: of the square, length of the straight or of the rectangle, or diameter of the eight [m].
-        runs: in each direction, or drives.
-        speed: [m/s].
-        seed: of a free drive.
+        protocol: What to drive.
+        vehicle: Robot that drives it.
+        side: Side of the square, length of the straight or of the rectangle, or diameter of the eight [m].
+        runs: Laps in each direction, or free drives.
+        speed: Speed of the wheels [m/s].
+        seed: Seed of a free drive.
     """
     from omnimate.motion import paths
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.text import Text
 
 from omnimate.cli.console import out, progress_bar, report_problem, say, warn
 from omnimate.cli.errors import CallError
@@ -131,17 +130,18 @@ def _bus_in_words(found: Scan) -> str:
 
 
 def _nodes(found: Scan) -> Table:
-    table = new_table("nodes", ("node", "device", "state", "kept alive by", "name, versions"))
-    for node in found.nodes:
-        texts = (
+    heads = ("node", "device", "state", "kept alive by", "name, versions")
+    rows = (
+        (
             str(node.node),
             node.type_in_words or "-",
             _state(found, node),
             _alive(found, node),
             ", ".join(text for text in (node.name, node.hardware, node.software) if text) or "-",
         )
-        table.add_row(*map(Text, texts))
-    return table
+        for node in found.nodes
+    )
+    return new_table("nodes", heads, rows=rows)
 
 
 def _identities(found: Scan, files: Mapping[int, FittingFile]) -> Table:
@@ -152,7 +152,7 @@ def _identities(found: Scan, files: Mapping[int, FittingFile]) -> Table:
             texts = [str(node.node), *(_hex(getattr(node, name)) for name in IDENTITY)]
             if files:
                 texts.append(files[node.node].in_words() if node.node in files else "-")
-            table.add_row(*map(Text, texts))
+            table.add_row(*texts)
     return table
 
 
@@ -163,7 +163,7 @@ def _pdos(found: Scan) -> Table:
             if setting.is_valid:
                 carried = ", ".join(entry.in_words() for entry in setting.entries) or "nothing"
                 texts = (str(node.node), setting.name, f"{setting.cob_id:03X}h", _sent(setting), carried)
-                table.add_row(*map(Text, texts))
+                table.add_row(*texts)
     return table
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.table import Table
 
 from omnimate.cli.console import out, say
 from omnimate.cli.errors import CallError
 from omnimate.cli.options import VehicleFile
+from omnimate.cli.tables import new_table, show
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
@@ -182,13 +182,9 @@ def list_(database: Database = DATABASE) -> None:
     store = _opened(database)
     from omnimate.service.access import keys as keys_of
 
-    table = Table()
-    for heading in ("id", "name", "role", "made", "revoked"):
-        table.add_column(heading)
     with store.reading() as db:
-        for key in keys_of(db):
-            table.add_row(key.id, key.name, key.role, _day(key.created), _day(key.revoked))
-    out.print(table)
+        rows = [(key.id, key.name, key.role, _day(key.created), _day(key.revoked)) for key in keys_of(db)]
+    show(new_table("", ("id", "name", "role", "made", "revoked"), rows=rows))
 
 
 @keys.command()

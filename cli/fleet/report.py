@@ -36,43 +36,33 @@ def show_daily_report(report: DailyReport) -> None:
         f"{len(report.faulty)} faulty, {len(report.places)} bad places; {floors} mm/sqrt(m)"
     )
     if report.faulty:
-        table = new_table("faulty robots")
-        for head in ("robot", "what", "since", "by", "a day"):
-            table.add_column(head)
-        for change in report.faulty:
-            table.add_row(
-                change.robot, change.name, format_onset(change), format_size(change), format_rate(change)
-            )
-        show(table)
+        rows: list[tuple[str, ...]] = [
+            (change.robot, change.name, format_onset(change), format_size(change), format_rate(change))
+            for change in report.faulty
+        ]
+        show(new_table("faulty robots", ("robot", "what", "since", "by", "a day"), rows=rows))
     if report.places:
-        table = new_table("bad places")
-        several = len(report.floors) > 1
-        for head in (
-            *(("floor",) if several else ()),
-            "x [m]",
-            "y [m]",
-            "+- [m]",
-            "what",
-            "a crossing [mm]",
-            "crossings",
-        ):
-            table.add_column(head)
-        for place in report.places:
-            spread = math.sqrt(0.5 * float(np.trace(place.covariance)))
-            table.add_row(
-                *((place.floor,) if several else ()),
-                f"{place.x:.2f}",
-                f"{place.y:.2f}",
-                f"{spread:.2f}",
-                describe_effect(place),
-                f"{1e3 * place.per_crossing:.1f}",
-                f"{place.crossings}",
-            )
-        show(table)
+        heads = ("floor", "x [m]", "y [m]", "+- [m]", "what", "a crossing [mm]", "crossings")
+        first = 0 if len(report.floors) > 1 else 1  # the name of the only floor is left out
+        rows = [_place_cells(place)[first:] for place in report.places]
+        show(new_table("bad places", heads[first:], rows=rows))
     for mismatch in report.repeated:
         say(describe_mismatch(mismatch))
     for robot, recording, why in report.failed:
         say(f"{robot}, {recording}: no results: {why}")
+
+
+def _place_cells(place: BadPlace) -> tuple[str, ...]:
+    spread = math.sqrt(0.5 * float(np.trace(place.covariance)))
+    return (
+        place.floor,
+        f"{place.x:.2f}",
+        f"{place.y:.2f}",
+        f"{spread:.2f}",
+        describe_effect(place),
+        f"{1e3 * place.per_crossing:.1f}",
+        f"{place.crossings}",
+    )
 
 
 def draw_daily_report(report: DailyReport, folder: Path) -> None:

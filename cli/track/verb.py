@@ -10,13 +10,12 @@ import typer
 
 from omnimate.cli.console import err, note
 from omnimate.cli.errors import CallError
+from omnimate.cli.following import open_reader
 from omnimate.cli.options import ListenOnly
 from omnimate.cli.track.live import RowWriter, follow_robot, open_rows
 from omnimate.cli.track.words import disturbance_in_words, show_summary
 
 if TYPE_CHECKING:
-    from omnimate.driver.robot.driver import Driver
-    from omnimate.driver.robot.passive import PassiveReader
     from omnimate.ipec.filter.findings import SlowParameters
     from omnimate.ipec.filter.prior import Prior
     from omnimate.ipec.tracker import Tracker
@@ -121,17 +120,9 @@ def _track_bus(
     listen_only: bool,
 ) -> None:
     from omnimate.calib.linkage.learned import learned_values
-    from omnimate.cli.descriptions import descriptions_of
     from omnimate.cli.driver_reports import report_problems
-    from omnimate.driver.robot.driver import open_driver
-    from omnimate.driver.robot.passive import PassiveReader
 
-    robot = tracker.vehicle
-    reader: Driver | PassiveReader
-    if listen_only:
-        reader = PassiveReader(robot, bus)
-    else:
-        reader = open_driver(robot, bus, descriptions=descriptions_of(robot))[0]
+    reader, _ = open_reader(tracker.vehicle, bus, listen_only=listen_only)
     with reader, contextlib.suppress(KeyboardInterrupt):
         follow_robot(reader.samples(), tracker, writer, seconds=seconds, every=every)
     report_problems(reader.report())

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-
 from omnimate.cli.console import err, out
+from omnimate.cli.tables import new_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,15 +58,12 @@ def show_summary(row: Row, values: Sequence[LearnedValue], said: Findings, *, to
     from omnimate.calib.linkage.learned import advice_of
 
     console = out if to_stdout else err
-    table = Table("truck a", "x [m]", "y [m]", "heading [degrees]", box=SIMPLE_HEAD)
+    table = new_table("", ("truck a", "x [m]", "y [m]", "heading [degrees]"))
     for name, pose in {"plain": row.plain, "IPEC": row.ipec, "filter": row.filtered, "+-": row.sigma}.items():
         x, y, theta = pose.tolist()
         table.add_row(name, f"{x:.4f}", f"{y:.4f}", f"{math.degrees(theta):.3f}")
     console.print(table)
-    table = Table("learned", "value", "+-", box=SIMPLE_HEAD)
-    for learned in values:
-        table.add_row(*_learned(learned))
-    console.print(table)
+    console.print(new_table("", ("learned", "value", "+-"), rows=map(_learned, values)))
     for advice in advice_of(said):
         console.print(str(advice), markup=False, soft_wrap=True)
 

@@ -132,7 +132,7 @@ def show_worksheet(case: Case) -> None:
     for step in worksheet(case.experiment.errors, case.experiment.truck):
         digits = {"mm": 2, "deg": 4}.get(step.unit, 6)
         table.add_row(
-            f"({step.number})", step.symbol, Text(step.how), f"{step.value:.{digits}f} {step.unit}".rstrip()
+            f"({step.number})", step.symbol, step.how, f"{step.value:.{digits}f} {step.unit}".rstrip()
         )
     show(table)
 
@@ -157,7 +157,7 @@ def errors_table(cases: Sequence[Case]) -> Table:
         cw, ccw = errors.centres
         (alpha_x, beta_x), (alpha_y, beta_y) = angles_from_x(errors), angles_from_y(errors)
         table.add_row(
-            Text(case.label),
+            case.label,
             f"{len(errors.cw)} + {len(errors.ccw)}",
             f"{1e3 * cw[0]:.1f}, {1e3 * cw[1]:.1f}",
             f"{1e3 * ccw[0]:.1f}, {1e3 * ccw[1]:.1f}",

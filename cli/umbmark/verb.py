@@ -7,9 +7,10 @@ from typing import Annotated
 
 import typer
 
-from omnimate.cli.console import out, say
+from omnimate.cli.console import out
 from omnimate.cli.descriptions import vehicle_of
 from omnimate.cli.options import ExportFormat, MethodChoice, OneTruck, OutFile, Profile
+from omnimate.cli.robots import write_profile, write_vehicle
 
 
 def umbmark(
@@ -56,7 +57,6 @@ def umbmark(
     force: Annotated[bool, typer.Option("--force", help="Use a result that the checks refuse.")] = False,
 ) -> None:
     """Begin with this: calibrate wheelbase and wheel diameters from squares (UMBmark)."""
-    from omnimate.calib.profiles import save_profile
     from omnimate.calib.scale import scale_from_tape
     from omnimate.cli.umbmark.calibration import (
         calibrated_trucks,
@@ -67,7 +67,6 @@ def umbmark(
         result_of,
     )
     from omnimate.cli.umbmark.report import METHOD_WORDS, draw, extended, report, show_worksheet
-    from omnimate.vehicle.file import save_vehicle
 
     if plot is not None:
         from omnimate.figures.files import check_format
@@ -90,9 +89,7 @@ def umbmark(
         heed_advice(results, force=force)
     if plot is not None:
         draw(results, plot)
-    if out_file is not None and calibrated is not None:
-        save_vehicle(calibrated, out_file)
-        say(f"calibrated ({METHOD_WORDS[method]}): {out_file}")
+    if calibrated is not None:
+        write_vehicle(calibrated, out_file, f"calibrated ({METHOD_WORDS[method]})")
     if profile is not None:
-        save_profile(profile[0], profile[1], calibrated_trucks(results))
-        say(f"profile {profile[1]}: {profile[0]}")
+        write_profile(profile, calibrated_trucks(results))
