@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import note, out, progress_bar, report_problem, say, warn
-from omnimate.cli.loading import log_of, report_problems
+from omnimate.cli.descriptions import vehicle_of
+from omnimate.cli.loading import log_of, read_drive, report_problems
 
 if TYPE_CHECKING:
     from omnimate.files.exporters.drive import Drive
@@ -65,27 +66,11 @@ def dbc(
 
 
 def _drive(source: Path, vehicle: Path | None) -> Drive:
-    """Return the drive in a folder or a log, after saying what could not be read."""
-    from dataclasses import replace
-
+    """Return the drive in a folder or a log, after reporting what could not be read."""
     from omnimate.files.exporters.drive import drive_of
-    from omnimate.files.logs.assemble import assemble
-    from omnimate.files.logs.reading import read_log
-    from omnimate.files.recordings.folder import read_recording
-    from omnimate.vehicle.file import load_vehicle
 
-    if source.is_dir():
-        loaded = read_recording(source)
-        log, recording = loaded.log, loaded.recording
-        if vehicle is not None:
-            assembled = assemble(log.frames, load_vehicle(vehicle), str(source)).recording
-            recording = replace(assembled, poses=recording.poses, run=recording.run)
-    else:
-        assert vehicle is not None  # the caller has seen that it is
-        log = read_log(source)
-        recording = assemble(log.frames, load_vehicle(vehicle), str(source)).recording
-    report_problems(log)
-    drive = drive_of(recording, log.frames)
+    loaded = read_drive(source, vehicle_of(vehicle))
+    drive = drive_of(loaded.recording, loaded.log.frames)
     for remark in drive.notes:
         warn(remark)
     return drive

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from omnimate.files.logs.frames import Frame
     from omnimate.files.logs.reading import LogReadResult
     from omnimate.files.logs.streaming import LogStream
+    from omnimate.files.recordings.folder import LoadedRecording
+    from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Recording
 
 MAX_PROBLEMS_SHOWN = 20
@@ -29,6 +32,39 @@ def load(folder: Path) -> Recording:
     loaded = read_recording(folder)
     report_problems(loaded.log)
     return loaded.recording
+
+
+def read_drive(
+    source: Path,
+    vehicle: VehicleParameters | None,
+    show_log: Callable[[LogReadResult, VehicleParameters], None] = lambda log, _vehicle: report_problems(log),
+) -> LoadedRecording:
+    """Return the recording of a folder or a log, with its frames.
+
+    Args:
+        source: Recording folder, or log of any format.
+        vehicle: Robot by which frames become samples; a folder has its own, a log needs one.
+        show_log: Called with the frames and the robot before they become samples.
+
+    Raises:
+        RecordingError: No sample of the vehicle is in it.
+    """
+    from omnimate.files.logs.assemble import assemble
+    from omnimate.files.logs.reading import read_log
+    from omnimate.files.recordings.folder import LoadedRecording, read_recording
+
+    if source.is_dir():
+        loaded = read_recording(source)
+        show_log(loaded.log, vehicle or loaded.recording.vehicle)
+        if vehicle is None:
+            return loaded
+        assembly, log, own = assemble(loaded.log.frames, vehicle, str(source)), loaded.log, loaded.recording
+        return LoadedRecording(replace(assembly.recording, poses=own.poses, run=own.run), assembly, log)
+    assert vehicle is not None  # the caller has one for a log
+    log = read_log(log_of(source))
+    show_log(log, vehicle)
+    assembly = assemble(log.frames, vehicle, str(source))
+    return LoadedRecording(assembly.recording, assembly, log)
 
 
 def log_of(source: Path) -> Path:

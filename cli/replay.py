@@ -5,14 +5,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from omnimate.cli.console import err, out, say
-from omnimate.cli.loading import log_of, report_problems
+from omnimate.cli.descriptions import vehicle_of
+from omnimate.cli.loading import log_of, read_drive, report_problems
 from omnimate.cli.options import LogSource
 from omnimate.cli.robots import nominal_vehicle
 from omnimate.cli.tables import new_table, show
@@ -47,7 +47,10 @@ def replay(
     from omnimate.vehicle.atomic import write_text
     from omnimate.vehicle.trajectories import format_trajectories, trajectories
 
-    recording = _read(source, vehicle)
+    robot = vehicle_of(vehicle) if source.is_dir() else nominal_vehicle(vehicle)
+    loaded = read_drive(source, robot, _show_log)
+    recording = loaded.recording
+    _show_pdos(loaded.assembly)
     paths = trajectories(recording)
     _show_paths(recording, paths)
     if csv is not None:
@@ -70,32 +73,6 @@ def _send(source: Path, bus: str, pace: float) -> None:
     send_frames(track(frames, "sending", total=None, console=err, transient=True), bus, pace)
     say(f"{log.frames} frames sent to {bus}")
     report_problems(log)
-
-
-def _read(source: Path, vehicle: Path | None) -> Recording:
-    """Return the recording of a folder or a log, with what its frames are on the screen.
-
-    Raises:
-        RecordingError: No sample of the vehicle is in it.
-    """
-    from omnimate.files.logs.assemble import assemble
-    from omnimate.files.logs.reading import read_log
-    from omnimate.files.recordings.folder import read_recording
-    from omnimate.vehicle.file import load_vehicle
-
-    if source.is_dir():
-        loaded = read_recording(source)
-        log, assembly, poses, run = loaded.log, loaded.assembly, loaded.recording.poses, loaded.recording.run
-        robot = loaded.recording.vehicle if vehicle is None else load_vehicle(vehicle)
-        _show_log(log, robot)
-        if vehicle is not None:
-            assembly = assemble(log.frames, robot, str(source))
-    else:
-        robot, log, poses, run = nominal_vehicle(vehicle), read_log(log_of(source)), None, None
-        _show_log(log, robot)
-        assembly = assemble(log.frames, robot, str(source))
-    _show_pdos(assembly)
-    return replace(assembly.recording, poses=poses, run=run)
 
 
 def _show_log(log: LogReadResult, vehicle: VehicleParameters) -> None:

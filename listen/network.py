@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -101,7 +102,7 @@ def find_network(frames: Frames) -> Network:
         int(syncs.data[:, 0].max()) if len(syncs) and np.all(syncs.length == 1) else 0,
         syncs.time,
         int(np.count_nonzero((plain.can_id == TIME_ID) & (plain.length == 6))),
-        _counted(_commands(plain)),
+        Counter(_commands(plain)),
         parameters,
     )
 
@@ -131,7 +132,7 @@ def _node(number: int, standard: Frames, plain: Frames) -> Node:
         float(np.median(np.diff(running))) if len(running) > 2 and not guarded else None,
         bool(guarded),
         int(np.count_nonzero(shown == 0)),
-        _counted(f"{code:04X}h {emcy_in_words(code)}" for code in codes.tolist()),
+        Counter(f"{code:04X}h {emcy_in_words(code)}" for code in codes.tolist()),
         int(np.count_nonzero(plain.can_id == SDO_REQUEST + number)),
         device & 0xFFFF if device else None,
     )
@@ -150,10 +151,3 @@ def _commands(plain: Frames) -> Iterator[str]:
     for command, node in plain.data[rows, :2].tolist():
         words = NMT_COMMANDS.get(command, f"unknown command {command:02X}h")
         yield f"{words}, {f'node {node}' if node else 'all nodes'}"
-
-
-def _counted(words: Iterator[str]) -> dict[str, int]:
-    counts: dict[str, int] = {}
-    for text in words:
-        counts[text] = counts.get(text, 0) + 1
-    return counts

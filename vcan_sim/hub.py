@@ -1,7 +1,7 @@
 """A CAN bus for several processes: a hub that speaks the socketcand protocol over TCP.
 
-What one client sends, all others receive, in one order and with one time; the sender does not
-receive its own frames. A simulated vehicle takes part in the hub's own event loop through `Hub.attach`.
+A frame of one client is sent to all others, in one order and with one time stamp, and not back to its
+sender. A simulated vehicle takes part in the hub's own event loop through `Hub.attach`.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING
 import can
 
 from omnimate.vcan_sim.errors import HubError, ProtocolError
-from omnimate.vcan_sim.socketcand import CommandReader, Frame, format_frame, parse_send
+from omnimate.vcan_sim.socketcand import CommandReader, format_frame, parse_send
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 _log = logging.getLogger(__name__)
 
-_GRACE = 0.1  # [s]; python-can wants the last `< ok >` alone in one read, so frames wait that long
-_MOST_UNREAD = 4 * 1024 * 1024  # [byte]; some 90 thousand frames, or 10 s of the fullest bus
+_START_DELAY = 0.1  # [s] after the last `< ok >`, which python-can reads alone; assumption: a local network
+_MAX_UNREAD = 4 * 1024 * 1024  # [byte]; some 90 thousand frames, or 10 s of a full bus of 1 Mbit/s
 
 
 class HubBus(can.BusABC):
@@ -38,7 +38,7 @@ class HubBus(can.BusABC):
         super().__init__(channel=hub.channel)
 
     def deliver(self, message: can.Message) -> None:
-        """Take a frame from another participant."""
+        """Receive a frame of another participant."""
         self._frames.append(message)
         self._on_frame()
 
@@ -49,7 +49,7 @@ class HubBus(can.BusABC):
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Send a frame to all clients."""
         del timeout
-        self._hub.broadcast(Frame(msg.arbitration_id, bytes(msg.data), msg.is_extended_id), self)
+        self._hub.broadcast(msg, self)
 
 
 class HubClient(asyncio.Protocol):
@@ -72,7 +72,7 @@ class HubClient(asyncio.Protocol):
     # asyncio.Protocol
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Greet; asyncio has switched Nagle's algorithm off (TCP_NODELAY)."""
+        """Send the greeting; asyncio has switched Nagle's algorithm off (TCP_NODELAY)."""
         assert isinstance(transport, asyncio.WriteTransport)  # it is a TCP connection
         self._transport = transport
         self.name = str(transport.get_extra_info("peername"))
@@ -80,16 +80,16 @@ class HubClient(asyncio.Protocol):
         transport.write(b"< hi >")
 
     def data_received(self, data: bytes) -> None:
-        """Follow the client's commands; one that is malformed ends the connection."""
+        """Execute the client's commands; a malformed one ends the connection."""
         self._acknowledge()
         try:
             for command in self._reader.feed(data):
-                self._follow(command)
+                self._execute(command)
         except ProtocolError as error:
             self._refuse(error)
 
     def _acknowledge(self) -> None:
-        """Acknowledge at once, where the system can; it does so once for each time that it is asked.
+        """Acknowledge at once where the system can; the option holds for one acknowledgement.
 
         Clients that leave Nagle's algorithm on hold a frame back until the one before is acknowledged,
         40 ms later; python-can's player has closed its connection by then, and its last frame is lost.
@@ -99,24 +99,24 @@ class HubClient(asyncio.Protocol):
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
 
     def connection_lost(self, _exc: Exception | None) -> None:
-        """Forget the client."""
+        """Remove the client from the hub."""
         self._transport = None
-        self._hub.forget(self)
+        self._hub.leave(self)
 
     # The dialogue
 
-    def _follow(self, command: str) -> None:
+    def _execute(self, command: str) -> None:
         if self._raw:
-            frame = parse_send(command)
-            if frame is None:
+            message = parse_send(command)
+            if message is None:
                 _log.warning("client %s: remote frames do not pass the socketcand protocol", self.name)
                 return
-            self._hub.broadcast(frame, self)
-            self._flush()  # it has read our last `< ok >`
+            self._hub.broadcast(message, self)
+            self._flush()  # it has read the last `< ok >`
         else:
-            self._shake_hands(command)
+            self._answer(command)
 
-    def _shake_hands(self, command: str) -> None:
+    def _answer(self, command: str) -> None:
         answer = self._answers.get(" ".join(command.split()))
         if answer is None:
             expected = " or ".join(f"< {word} >" for word in self._answers)
@@ -137,7 +137,7 @@ class HubClient(asyncio.Protocol):
     def _start(self) -> None:
         self._raw = True
         self._write(b"< ok >")
-        self._flush_due = asyncio.get_running_loop().call_later(_GRACE, self._flush)
+        self._flush_due = asyncio.get_running_loop().call_later(_START_DELAY, self._flush)
 
     def _refuse(self, error: ProtocolError) -> None:
         _log.warning("client %s: %s", self.name, error)
@@ -161,13 +161,13 @@ class HubClient(asyncio.Protocol):
             return
         self._transport.write(b"".join(self._outbox))
         self._outbox.clear()
-        if self._transport.get_write_buffer_size() > self._hub.most_unread:
+        if self._transport.get_write_buffer_size() > self._hub.max_unread:
             _log.warning("client %s reads too slowly and is dropped; frames were lost for it", self.name)
             self._transport.abort()
             self._transport = None
 
     def close(self) -> None:
-        """Send what waits, then end the connection."""
+        """Send the waiting frames, then end the connection."""
         self._flush()
         if self._transport is not None:
             self._transport.close()
@@ -179,13 +179,13 @@ class Hub:
 
     Attributes:
         channel: Name by which clients open the bus.
-        most_unread: Amount of unread data after which a client that does not read is dropped [byte].
+        max_unread: Amount of unread data after which a client that does not read is dropped [byte].
         clients: Clients that are connected at the moment.
     """
 
-    def __init__(self, channel: str = "can0", most_unread: int = _MOST_UNREAD) -> None:
+    def __init__(self, channel: str = "can0", max_unread: int = _MAX_UNREAD) -> None:
         self.channel = channel
-        self.most_unread = most_unread
+        self.max_unread = max_unread
         self.clients: list[HubClient] = []
         self._attached: list[HubBus] = []
         self._server: asyncio.Server | None = None
@@ -222,25 +222,18 @@ class Hub:
         """Add a client that has connected."""
         self.clients.append(client)
 
-    def forget(self, client: HubClient) -> None:
+    def leave(self, client: HubClient) -> None:
         """Remove a client whose connection has ended."""
         if client in self.clients:
             self.clients.remove(client)
 
-    def broadcast(self, frame: Frame, sender: object) -> None:
-        """Give a frame to all participants but its sender."""
-        now = time.time()
-        data = format_frame(frame, now)
+    def broadcast(self, message: can.Message, sender: object) -> None:
+        """Stamp a frame with the time, and send it to all participants but its sender."""
+        message.timestamp = time.time()
+        data = format_frame(message)
         for client in self.clients:
             if client is not sender:
                 client.send(data)
         for bus in self._attached:
             if bus is not sender:
-                bus.deliver(
-                    can.Message(
-                        timestamp=now,
-                        arbitration_id=frame.can_id,
-                        data=frame.data,
-                        is_extended_id=frame.extended,
-                    )
-                )
+                bus.deliver(message)

@@ -1,4 +1,4 @@
-"""The words of the socketcand protocol in raw mode, as python-can's `socketcand` interface speaks it.
+"""Messages of the socketcand protocol in raw mode, as python-can's `socketcand` interface speaks it.
 
 Remote frames and CAN FD do not exist in it. A frame without data keeps the space that stands before
 data: `< frame 080 1700000000.000000  >`, or clients do not find the end of the time.
@@ -7,7 +7,8 @@ data: `< frame 080 1700000000.000000  >`, or clients do not find the end of the 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+
+import can
 
 from omnimate.vcan_sim.errors import ProtocolError
 
@@ -16,21 +17,6 @@ _STANDARD_DIGITS, _EXTENDED_DIGITS = 3, 8
 _IDENTIFIER = re.compile(r"[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8}")
 _BYTE = re.compile(r"[0-9A-Fa-f]{1,2}")
 _LENGTH = re.compile(r"[0-8]")
-
-
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """A classical CAN data frame.
-
-    Attributes:
-        can_id: Identifier of the frame.
-        data: Data of the frame, 0 to 8 bytes.
-        extended: Whether the identifier has 29 bits.
-    """
-
-    can_id: int
-    data: bytes
-    extended: bool = False
 
 
 class CommandReader:
@@ -43,7 +29,7 @@ class CommandReader:
         """Return the commands that `data` completes, without their brackets.
 
         Raises:
-            ProtocolError: Something stands between the commands, or a command does not end.
+            ProtocolError: There is text between the commands, or a command does not end.
         """
         *complete, self._rest = (self._rest + data).split(b">")
         if len(self._rest) > _LONGEST_COMMAND:
@@ -56,15 +42,15 @@ def _text(data: bytes) -> str:
 
 
 def _inner(part: bytes) -> str:
-    """Return what stands between the brackets, its blanks at both ends kept out."""
+    """Return the text between the brackets, without blanks at both ends."""
     text = _text(part).lstrip()
     if not text.startswith("<") or len(text) > _LONGEST_COMMAND:
         raise ProtocolError(text, "expected `< command >`")
     return text[1:].strip()
 
 
-def parse_send(command: str) -> Frame | None:
-    """Return the frame of a `send 123 2 11 22`; None for a remote frame, which has a length but no data.
+def parse_send(command: str) -> can.Message | None:
+    """Return the message of a `send 123 2 11 22`; None for a remote frame, which has a length but no data.
 
     Raises:
         ProtocolError: The text is no such command.
@@ -82,14 +68,15 @@ def parse_send(command: str) -> Frame | None:
     return _frame(command, identifier, bytes(int(byte, 16) for byte in data))
 
 
-def _frame(command: str, identifier: str, data: bytes) -> Frame:
+def _frame(command: str, identifier: str, data: bytes) -> can.Message:
     can_id, extended = int(identifier, 16), len(identifier) == _EXTENDED_DIGITS
     if can_id > (0x1FFF_FFFF if extended else 0x7FF):
         raise ProtocolError(command, "the identifier has more than 11 or 29 bits")
-    return Frame(can_id, data, extended)
+    return can.Message(arbitration_id=can_id, data=data, is_extended_id=extended)
 
 
-def format_frame(frame: Frame, time: float) -> bytes:
-    """Return a frame as the clients receive it; `time` [s] since 1970."""
-    digits = _EXTENDED_DIGITS if frame.extended else _STANDARD_DIGITS
-    return f"< frame {frame.can_id:0{digits}X} {time:.6f} {frame.data.hex().upper()} >".encode("ascii")
+def format_frame(message: can.Message) -> bytes:
+    """Return a data frame as the clients receive it; its time stamp is in seconds since 1970."""
+    digits = _EXTENDED_DIGITS if message.is_extended_id else _STANDARD_DIGITS
+    identifier, data = f"{message.arbitration_id:0{digits}X}", message.data.hex().upper()
+    return f"< frame {identifier} {message.timestamp:.6f} {data} >".encode("ascii")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +16,6 @@ from omnimate.driver.bus.clock import SyncClock
 from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.files.recordings.folder import load_recording
-from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -39,80 +37,35 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
-
-@dataclass(frozen=True)
-class Settings:
-    """What is driven.
-
-    Attributes:
-        side: Side of the square [m].
-        runs: Squares in each direction.
-        speed: Speed of the wheels [m/s].
-    """
-
-    side: float
-    runs: int
-    speed: float
+TRUE_PATH_EVERY = 10  # steps between two points of the true path: 150 ms, 6 cm at 0.4 m/s
 
 
 def drive(
     vehicle: VehicleParameters,
     truth: Truth,
-    settings: Settings,
+    program: Program,
     folder: Path,
     faults: tuple[DeviceFault, ...] = (),
 ) -> tuple[Recording, Array]:
-    """Drive UMBmark on a virtual bus; return the recording and the true path of truck a `(N, 3)`."""
-    assert vehicle.linkage is not None  # the reference vehicle has two trucks
-    program = umbmark(settings.side, settings.runs, speed=settings.speed, link_length=vehicle.linkage.length)
+    """Drive a program on a virtual bus; return the recording and the true path of truck a `(N, 3)`."""
     if folder.exists():
         shutil.rmtree(folder)
-    with simulated_robot(vehicle, truth, folder, program, faults) as robot:
-        configured = robot.driver.configure()
+    with simulated_robot(vehicle, truth, folder, program, faults) as (driver, recorder, plant):
+        configured = driver.configure()
         if vehicle.trucks == reference_vehicle().trucks:
             show_configuration(configured)
         else:
             out.print(f"  {len(configured.nodes)} encoders found and configured as before")
-        path = _TruePath(robot.plant)
-        drive_program(robot.driver, program, robot.recorder, robot.plant.fix, path.watch)
-        show_report(robot.driver.report())
-    return load_recording(folder), path.poses
+        true_path: list[Array] = []
 
+        def record_pose(moment: Moment) -> None:
+            """Record the true pose of truck a in the first square of each direction."""
+            if moment.lap in {0, 1} and plant.state["steps"][0] % TRUE_PATH_EVERY == 0:
+                true_path.append(plant.pose("a"))
 
-class _TruePath:
-    """The true path of truck a over the first square in each direction."""
-
-    EVERY = 10  # samples
-
-    def __init__(self, plant: Plant) -> None:
-        self._plant, self._count = plant, 0
-        self._poses: list[Array] = []
-
-    def watch(self, moment: Moment) -> None:
-        """Record the true pose at a moment of the drive."""
-        self._count += 1
-        if moment.lap in {0, 1} and self._count % self.EVERY == 0:
-            self._poses.append(self._plant.pose("a"))
-
-    @property
-    def poses(self) -> Array:
-        """The path so far, `(N, 3)`."""
-        return np.array(self._poses)
-
-
-@dataclass(frozen=True)
-class SimulatedRobot:
-    """The simulated vehicle and its driver, on both sides of a virtual bus.
-
-    Attributes:
-        driver: reads and commands, through the bus alone.
-        recorder: gets every frame.
-        plant: is asked for absolute fixes, as the sonar calibrator would be.
-    """
-
-    driver: Driver
-    recorder: Recorder
-    plant: Plant
+        drive_program(driver, program, recorder, plant.fix, record_pose)
+        show_report(driver.report())
+    return load_recording(folder), np.array(true_path)
 
 
 @contextmanager
@@ -122,14 +75,14 @@ def simulated_robot(
     folder: Path,
     program: Program,
     faults: Iterable[DeviceFault] = (),
-) -> Iterator[SimulatedRobot]:
-    """Open a virtual bus with a simulated vehicle on it and the driver, as fast as they go.
+) -> Iterator[tuple[Driver, Recorder, Plant]]:
+    """Open a virtual bus with a simulated vehicle and a driver; give driver, recorder and plant.
 
     Args:
-        vehicle: as vehicle.toml describes it.
-        truth: as it is.
-        folder: of the recording.
-        program: whose protocol and side stand in `run.toml`.
+        vehicle: Robot as `vehicle.toml` describes it.
+        truth: True robot.
+        folder: Folder of the recording.
+        program: Program whose protocol and side are written into `run.toml`.
         faults: Faults of the devices.
     """
     plant = Plant(truth, vehicle)
@@ -138,7 +91,7 @@ def simulated_robot(
         Recorder(folder, vehicle, protocol=program.protocol, side=program.side) as recorder,
         Driver(vehicle, bus, clock=SyncClock(vehicle.bus.sync_period), recorder=recorder) as driver,
     ):
-        yield SimulatedRobot(driver, recorder, plant)
+        yield driver, recorder, plant
 
 
 def result_table(
@@ -163,21 +116,6 @@ def result_table(
             f"{true.wheel_diameter_right / true.wheel_diameter_left:.5f}",
         )
     return table
-
-
-def draw_clusters(
-    before: dict[TruckName, Calibration], after: dict[TruckName, Calibration], path: Path
-) -> None:
-    """Draw the return errors before and after, as U Fig. 11."""
-    from omnimate.figures.clusters import Clusters, plot_clusters
-
-    plot_clusters(
-        [
-            Clusters(f"truck {truck}", before[truck].experiment.errors, after[truck].experiment.errors)
-            for truck in before
-        ],
-        path,
-    )
 
 
 def draw_paths(recording: Recording, true_path: Array, path: Path) -> None:

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import out, say
-from omnimate.cli.robots import truth_of
+from omnimate.cli.robots import program_of, truth_of
 
 if TYPE_CHECKING:
     from omnimate.calib.umbmark.experiment import Calibration
-    from omnimate.cli.demo.drive import Settings
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
 
@@ -38,28 +37,33 @@ def demo(
     ] = None,
 ) -> None:
     """Drive UMBmark with a simulated robot on a virtual bus, calibrate it, drive again."""
-    from omnimate.cli.demo.drive import Settings, draw_clusters, draw_paths, drive, result_table
+    from omnimate.cli.demo.drive import draw_paths, drive, result_table
     from omnimate.cli.tables import show
+    from omnimate.figures.clusters import Clusters, plot_clusters
     from omnimate.vcan_sim.faults import parse_fault
     from omnimate.vcan_sim.reference import reference_vehicle
 
-    settings = Settings(side, runs, speed)
     faults = tuple(parse_fault(text) for text in fault or ())
     nominal = reference_vehicle()
     truth = truth_of(nominal, None, (), seed)
     second_day = replace(truth, seed=seed + OTHER_SEED)
     folder.mkdir(parents=True, exist_ok=True)
-    _introduce(nominal, settings)
+    program = program_of("umbmark", nominal, side=side, runs=runs, speed=speed)
+    _introduce(nominal, side, runs, speed)
     out.rule("1  the robot with its nominal vehicle.toml", align="left")
-    before, path = drive(nominal, truth, settings, folder / "before", faults)
+    before, path = drive(nominal, truth, program, folder / "before", faults)
     calibrations = _calibrations(before)
     calibrated = _save(nominal, calibrations, folder / "vehicle.toml")
     out.rule("2  the same robot, calibrated", align="left")
-    after, _ = drive(calibrated, second_day, settings, folder / "after")
+    after, _ = drive(calibrated, second_day, program, folder / "after")
     again = _calibrations(after)
     out.rule("result", align="left")
     show(result_table(calibrations, again, truth))
-    draw_clusters(calibrations, again, folder / "umbmark.png")
+    panels = [
+        Clusters(f"truck {truck}", first.experiment.errors, again[truck].experiment.errors)
+        for truck, first in calibrations.items()
+    ]
+    plot_clusters(panels, folder / "umbmark.png")
     draw_paths(before, path, folder / "path.png")
     for name, what in (
         ("before/ and after/", "the two recordings: candump log, fixes, laps, vehicle.toml"),
@@ -70,12 +74,12 @@ def demo(
         say(f"  {folder}/{name:<20} {what}")
 
 
-def _introduce(vehicle: VehicleParameters, settings: Settings) -> None:
+def _introduce(vehicle: VehicleParameters, side: float, runs: int, speed: float) -> None:
     """Print what the demo does."""
     say(
         f"A simulated {vehicle.name} on a virtual CAN bus: two trucks on a compliant linkage, "
         f"{len(vehicle.encoders)} CANopen encoders, {len(vehicle.drives)} drives.\n"
-        f"UMBmark, {settings.side:g} m squares, {settings.runs} in each direction at {settings.speed:g} m/s, "
+        f"UMBmark, {side:g} m squares, {runs} in each direction at {speed:g} m/s, "
         "read and driven through the bus alone.\nIts wheelbases and wheels differ from vehicle.toml; the "
         "return errors give by how much. Then once more, calibrated.\n"
     )

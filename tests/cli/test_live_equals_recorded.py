@@ -31,11 +31,12 @@ def test_live_samples_equal_the_recording(tmp_path, faults):
     program = umbmark(0.5, 1, speed=0.4, link_length=1.0)
     samples = []
     parsed = [parse_fault(text) for text in faults]
-    with simulated_robot(vehicle, truth_of(vehicle, None, (), 1), tmp_path / "r", program, parsed) as robot:
-        robot.driver.configure()
-        robot.driver.enable()
+    truth = truth_of(vehicle, None, (), 1)
+    with simulated_robot(vehicle, truth, tmp_path / "r", program, parsed) as (driver, _, _):
+        driver.configure()
+        driver.enable()
         runner = Runner(program, vehicle)
-        for moment in drive(robot.driver, runner, vehicle, Journal(program)):
+        for moment in drive(driver, runner, vehicle, Journal(program)):
             samples.append(moment.sample)
             if len(samples) == 700:
                 break

@@ -192,7 +192,7 @@ def test_echo_is_answered(hub):
 def test_a_client_that_does_not_read_is_dropped_and_blocks_nobody(caplog):
     burst = [(0x123, bytes(8), False)] * 500
     with (
-        HubThread(most_unread=10_000) as hub,
+        HubThread(max_unread=10_000) as hub,
         hub.client() as sender,
         hub.client() as receiver,
         socket.socket() as lazy,

@@ -13,38 +13,33 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.vcan_sim.errors import ProtocolError
-from omnimate.vcan_sim.socketcand import CommandReader, Frame, format_frame, parse_send
+from omnimate.vcan_sim.socketcand import CommandReader, format_frame, parse_send
 
 frames = st.booleans().flatmap(
     lambda extended: st.builds(
-        Frame,
-        can_id=st.integers(0, 0x1FFFFFFF if extended else 0x7FF),
+        can.Message,
+        timestamp=st.floats(0.0, 4e9),
+        arbitration_id=st.integers(0, 0x1FFFFFFF if extended else 0x7FF),
         data=st.binary(max_size=8),
-        extended=st.just(extended),
+        is_extended_id=st.just(extended),
     )
 )
 
 
 def sent_by_python_can(frame):
-    message = can.Message(arbitration_id=frame.can_id, data=frame.data, is_extended_id=frame.extended)
-    return convert_can_message_to_ascii_message(message).encode()
+    return convert_can_message_to_ascii_message(frame).encode()
 
 
 @given(frames)
 def test_what_python_can_sends_is_parsed(frame):
     (command,) = CommandReader().feed(sent_by_python_can(frame))
-    assert parse_send(command) == frame
+    assert parse_send(command).equals(frame, timestamp_delta=None)
 
 
-@given(frames, st.floats(0.0, 4e9))
-def test_what_is_formatted_python_can_parses(frame, time):
-    message = convert_ascii_message_to_can_message(format_frame(frame, time).decode())
-    assert (message.arbitration_id, bytes(message.data), message.is_extended_id) == (
-        frame.can_id,
-        frame.data,
-        frame.extended,
-    )
-    assert message.timestamp == pytest.approx(time, abs=1e-6)
+@given(frames)
+def test_what_is_formatted_python_can_parses(frame):
+    message = convert_ascii_message_to_can_message(format_frame(frame).decode())
+    assert message.equals(frame, timestamp_delta=1e-6)
 
 
 @given(st.lists(frames, max_size=10), st.lists(st.integers(0, 400), max_size=10))
@@ -55,7 +50,8 @@ def test_commands_may_be_cut_anywhere(sent, cuts):
     commands = []
     for start, end in pairwise(bounds):
         commands += reader.feed(stream[start:end])
-    assert [parse_send(command) for command in commands] == sent
+    for command, frame in zip(commands, sent, strict=True):
+        assert parse_send(command).equals(frame, timestamp_delta=None)
 
 
 @given(st.lists(st.binary(max_size=60), max_size=20))
@@ -68,11 +64,11 @@ def test_no_bytes_break_the_reader_otherwise_than_by_its_own_error(parts):
 
 
 def test_a_frame_without_data_keeps_both_spaces():
-    assert format_frame(Frame(0x080, b""), 1.5) == b"< frame 080 1.500000  >"
+    assert format_frame(can.Message(1.5, 0x080, is_extended_id=False)) == b"< frame 080 1.500000  >"
 
 
 def test_extended_identifiers_have_eight_digits():
-    assert format_frame(Frame(0x81, b"\x0a", extended=True), 0.0) == b"< frame 00000081 0.000000 0A >"
+    assert format_frame(can.Message(0.0, 0x81, data=b"\x0a")) == b"< frame 00000081 0.000000 0A >"
 
 
 def test_a_remote_frame_of_a_stock_client_is_told_apart():

@@ -85,11 +85,8 @@ class Tpdo:
         self.inhibit, self.event = store[self.index, 3] * 1e-4, store[self.index, 5] * 1e-3
         self.syncs, self.data, self.sent = 0, None, -math.inf
         self.start = store[self.index, 6]
-        fields, shift = [], 0
-        for key, bits in mapped(store, self.index + MAPPING):
-            fields.append((reader(key), (1 << bits) - 1, shift))
-            shift += bits
-        self._fields, self.length = tuple(fields), shift // 8
+        entries, self.length = mapped(store, self.index + MAPPING)
+        self._fields = tuple((reader(key), (1 << bits) - 1, shift) for key, bits, shift in entries)
         self.valid = self.valid and operational and self.length > 0
         self.due = now + self.event if self.valid and self.event and not self.synchronous else math.inf
 
@@ -136,7 +133,7 @@ class Rpdo:
 
     def __init__(self, index: int) -> None:
         self.index = index
-        self._fields: tuple[tuple[Key, int, int], ...] = ()
+        self._fields: list[tuple[Key, int, int]] = []
         self.cob_id, self.length, self.deadline = 0, 0, 0.0
         self.valid = self.synchronous = False
         self.due = math.inf
@@ -148,11 +145,7 @@ class Rpdo:
         self.cob_id, self.valid = cob_id & 0x7FF, not cob_id & NOT_VALID
         self.synchronous = store[self.index, 2] <= LAST_SYNCHRONOUS
         self.deadline, self.due, self.waiting = store[self.index, 5] * 1e-3, math.inf, None
-        fields, shift = [], 0
-        for key, bits in mapped(store, self.index + MAPPING):
-            fields.append((key, bits, shift))
-            shift += bits
-        self._fields, self.length = tuple(fields), shift // 8
+        self._fields, self.length = mapped(store, self.index + MAPPING)
         self.valid = self.valid and operational and self.length > 0
 
     def unpack(self, data: bytes) -> list[tuple[Key, bytes]]:
@@ -164,10 +157,14 @@ class Rpdo:
         ]
 
 
-def mapped(store: ObjectStore, index: int) -> list[tuple[Key, int]]:
-    """Return the objects of a mapping parameter and their lengths [bit]."""
-    entries = [store[index, sub] for sub in range(1, store[index, 0] + 1)]
-    return [((entry >> 16, entry >> 8 & 0xFF), entry & 0xFF) for entry in entries]
+def mapped(store: ObjectStore, index: int) -> tuple[list[tuple[Key, int, int]], int]:
+    """Return each object of a mapping parameter, its length and first bit [bit], and all of them [byte]."""
+    fields, shift = [], 0
+    for sub in range(1, store[index, 0] + 1):
+        entry = store[index, sub]
+        fields.append(((entry >> 16, entry >> 8 & 0xFF), entry & 0xFF, shift))
+        shift += entry & 0xFF
+    return fields, shift // 8
 
 
 def check_communication(store: ObjectStore, index: int, sub: int, value: int) -> None:
