@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
 
 _SCREEN = {"1": ("%", 1e2), "rad": ("deg", math.degrees(1.0)), "m": ("mm", 1e3), "s": ("ms", 1e3)}
-_MOST_NAMED = 5  # fixes that are listed one by one
+_MAX_LISTED = 5  # fixes that are listed one by one
 
 
 def calibrate(
@@ -197,17 +197,17 @@ def factors_table(estimate: Estimate) -> Table:
     for parameter, change, sigma in zip(
         estimate.parameters, estimate.coordinates, estimate.sigma, strict=True
     ):
-        word = f"held: {held[parameter.name]}" if parameter.name in held else ""
+        reason = f"held: {held[parameter.name]}" if parameter.name in held else ""
         bound = "-" if parameter.name in held else _size(parameter, sigma)
         sizes = _size(parameter, change, sign=True), bound, _size(parameter, parameter.prior_sigma)
-        table.add_row(parameter.name, *sizes, word)
+        table.add_row(parameter.name, *sizes, reason)
     return table
 
 
 def noise_sentences(estimate: Estimate) -> list[str]:
     """Return what the fit says about its noise, its conditioning and the fixes that it down-weighted."""
     noises = [
-        f"{noise.source.name} {noise.value:.3g} {noise.source.unit} ({_how(noise.freedom)})"
+        f"{noise.source.name} {noise.value:.3g} {noise.source.unit} ({_origin(noise.freedom)})"
         for noise in estimate.noises
         if noise.freedom > 0.0 or noise.source.name == "roughness"
     ]
@@ -217,17 +217,17 @@ def noise_sentences(estimate: Estimate) -> list[str]:
     sentences += [
         f"{known}; {estimate.fixes} absolute poses or readings, whitened residual {estimate.rms:.2f}",
     ]
-    sentences += [_contradicted(fix) for fix in bad[:_MOST_NAMED]]
-    if len(bad) > _MOST_NAMED:
-        sentences.append(f"down-weighted: {len(bad) - _MOST_NAMED} more")
+    sentences += [_in_words(fix) for fix in bad[:_MAX_LISTED]]
+    if len(bad) > _MAX_LISTED:
+        sentences.append(f"down-weighted: {len(bad) - _MAX_LISTED} more")
     return sentences
 
 
-def _how(freedom: float) -> str:
+def _origin(freedom: float) -> str:
     return f"estimated, {freedom:.0f} degrees of freedom" if freedom > 0.0 else "assumed"
 
 
-def _contradicted(fix: DownWeighted) -> str:
+def _in_words(fix: DownWeighted) -> str:
     far = f"{fix.distance:.1f} sigma from the prediction by all others, weight {fix.weight:.2g}"
     return f"down-weighted: {fix.source}, {fix.time:.3f} s: {far}"
 

@@ -53,7 +53,7 @@ def report_problem(sentence: str) -> None:
 
 
 def take_problems() -> list[str]:
-    """Return the problems reported since the last call, and forget them."""
+    """Return and clear the problems reported since the last call."""
     taken = _problems.copy()
     _problems.clear()
     return taken

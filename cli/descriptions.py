@@ -1,4 +1,4 @@
-"""What is known of the frames on a bus: by a vehicle, DBC and EDS files, and the SDO traffic itself."""
+"""Descriptions of the frames on a bus, from a vehicle, DBC and EDS files, and the SDO traffic."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 
 class Descriptions(NamedTuple):
-    """What files say of the frames on a bus.
+    """Descriptions of the frames on a bus, from files.
 
     Attributes:
-        vehicle: The robot; None where it is not known.
-        eds: What EDS and DCF files describe, by node.
+        vehicle: The robot; None if unknown.
+        eds: Contents of EDS and DCF files, by node.
         dbc: Signals of DBC files, by identifier.
     """
 
@@ -31,7 +31,7 @@ class Descriptions(NamedTuple):
     dbc: Mapping[int, Sequence[Signal]]
 
     def decoder(self, seen: Mapping[tuple[int, int, int], int]) -> FrameDecoder:
-        """Return what the frames mean: by the vehicle, else by DBC, else by the PDO mapping.
+        """Return a decoder of frames by the vehicle, else by DBC, else by the PDO mapping.
 
         Args:
             seen: PDO parameters that SDO traffic showed, by node, index and sub-index.
@@ -52,7 +52,7 @@ def descriptions(vehicle: VehicleParameters | None, dbc: Sequence[Path], eds: Se
     """Return what the files that are given say of the frames on a bus.
 
     Args:
-        vehicle: The robot; None where it is not known.
+        vehicle: The robot; None if unknown.
         dbc: DBC files.
         eds: EDS or DCF files, each as `NODE=FILE`.
 
@@ -61,7 +61,7 @@ def descriptions(vehicle: VehicleParameters | None, dbc: Sequence[Path], eds: Se
         EdsError: An EDS cannot be read.
         LogError: A DBC file cannot be read.
     """
-    named = {} if vehicle is None else _where_they_are(vehicle)
+    named = {} if vehicle is None else _descriptions_found(vehicle)
     signals: dict[int, Sequence[Signal]] = {}
     if dbc:
         from omnimate.files.logs.dbc_reading import read_dbc
@@ -107,8 +107,8 @@ def vehicle_of(path: Path | None, source: Path | None = None) -> VehicleParamete
     return load_vehicle(path)
 
 
-def _where_they_are(vehicle: VehicleParameters) -> dict[int, Eds]:
-    """Return what a vehicle's EDS files describe; those that a recording's robot had may be elsewhere."""
+def _descriptions_found(vehicle: VehicleParameters) -> dict[int, Eds]:
+    """Return the contents of a vehicle's EDS files; those of a recording's robot may be missing."""
     missing = [path for path in vehicle.eds_files.values() if not Path(path).is_file()]
     for path in missing:
         warn(f"{path}: not there; the PDOs of its node are decoded without it")

@@ -1,4 +1,4 @@
-"""What the driver found and what happened, as tables."""
+"""The driver's configuration and report, as tables."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from omnimate.driver.robot.configuration import ConfigurationReport
     from omnimate.driver.robot.report import DriverReport
 
-MOST_SHOWN = 40  # events, and gaps
+MAX_SHOWN = 40  # events, and gaps
 COUNTERS = {
     "received": "PDOs",
     "missing": "missing",
@@ -40,7 +40,7 @@ def show_configuration(report: ConfigurationReport, *, verbose: bool = False) ->
 
 
 def show_report(report: DriverReport) -> None:
-    """Print the frames of each node and what happened, or that nothing did; report the problems."""
+    """Print the frames of each node, events and gaps, or that there were none; report the problems."""
     if report.is_clean:
         out.print(f"  {report.syncs} SYNCs, each answered by every node in time")
         return
@@ -53,7 +53,7 @@ def show_report(report: DriverReport) -> None:
 
 
 def report_problems(report: DriverReport) -> None:
-    """Report what somebody must put right, so that the exit code is 1."""
+    """Report the events that need a repair, so that the exit code is 1."""
     for event in report.problems:
         report_problem(event.what if event.node is None else f"node {event.node}: {event.what}")
 
@@ -70,14 +70,14 @@ def _node_table(report: DriverReport) -> Table:
 
 
 def _show_events(report: DriverReport) -> None:
-    """Print what happened, timed from the first SYNC."""
-    for event in report.events[:MOST_SHOWN]:
+    """Print the events, timed from the first SYNC."""
+    for event in report.events[:MAX_SHOWN]:
         node = f"node {event.node}" if event.node is not None else "bus"
         until = event.last - report.started
         often = f" ({event.count} times until {until:.2f} s)" if event.count > 1 else ""
         at = event.time - report.started
         say(f"  {at:9.3f} s  {node:<8} {event.what}{often}")
-    hidden = max(0, len(report.events) - MOST_SHOWN) + report.events_dropped
+    hidden = max(0, len(report.events) - MAX_SHOWN) + report.events_dropped
     if hidden:
         out.print(f"  and {hidden} more events")
 
@@ -87,8 +87,8 @@ def _show_gaps(report: DriverReport) -> None:
     same: dict[tuple[float, float, str], list[str]] = {}
     for gap in report.gaps:
         same.setdefault((gap.start, gap.end, gap.reason), []).append(gap.channel)
-    for (start, end, reason), channels in list(same.items())[:MOST_SHOWN]:
+    for (start, end, reason), channels in list(same.items())[:MAX_SHOWN]:
         when = f"{start - report.started:9.3f} to {end - report.started:.3f} s"
         say(f"  gap: {when}, {', '.join(channels)} ({reason})")
-    if len(same) > MOST_SHOWN:
-        out.print(f"  and {len(same) - MOST_SHOWN} more gaps")
+    if len(same) > MAX_SHOWN:
+        out.print(f"  and {len(same) - MAX_SHOWN} more gaps")

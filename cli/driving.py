@@ -1,4 +1,4 @@
-"""Driving a program on a bus, recorded and shown while it happens."""
+"""Driving a program on a bus, with a recording and a progress bar."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def drive_program(
     watch: Callable[[Moment], None] = lambda _moment: None,
     seconds: float | None = None,
 ) -> None:
-    """Enable the drives, drive a program to its end, and stop; laps and fixes are recorded as they come.
+    """Enable the drives, drive a program to its end, and stop; laps and fixes are recorded.
 
     Args:
         driver: The driver, configured.
@@ -74,7 +74,7 @@ class _Screen:
         self._ended: int | None = None
 
     def update(self, moment: Moment) -> None:
-        """Take note of a moment of the drive; print a return error at the first fix after a lap."""
+        """Update from a moment of the drive; print a return error at the first fix after a lap."""
         if moment.lap != self._lap:
             self._ended = self._lap if moment.lap is None else self._ended
             self._lap = moment.lap

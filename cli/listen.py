@@ -56,7 +56,7 @@ def listen(
     source = source or log  # scripts of version 0.2 have --log
     if (bus is None) == (source is None):
         raise CallError("listen takes either a bus (--bus URL) or a log; give one of them")
-    frames = _logged(source) if source is not None else _heard(str(bus), seconds)
+    frames = _read_frames(source) if source is not None else _received(str(bus), seconds)
     frames = _of_channel(frames, channel)
     known = _known(frames)
     with progress_bar("learning signals") as progress:
@@ -73,7 +73,7 @@ def listen(
             say(f"written: {write}")
 
 
-def _logged(path: Path) -> Frames:
+def _read_frames(path: Path) -> Frames:
     from omnimate.files.logs.reading import read_log
 
     log = read_log(log_of(path))
@@ -82,15 +82,15 @@ def _logged(path: Path) -> Frames:
     return log.frames
 
 
-def _heard(url: str, seconds: float) -> Frames:
-    """Return what is on a bus within so many seconds, or until Ctrl-C."""
-    heard: list[Frame] = []
+def _received(url: str, seconds: float) -> Frames:
+    """Return the frames of a bus, received for so many seconds or until Ctrl-C."""
+    received: list[Frame] = []
     with progress_bar("listening") as progress, contextlib.suppress(KeyboardInterrupt):
         for frame in frames_on_bus(url, seconds, progress):
-            heard.append(frame)  # noqa: PERF402  # Ctrl-C keeps what was heard
-    if not heard:
+            received.append(frame)  # noqa: PERF402  # Ctrl-C keeps the frames so far
+    if not received:
         raise CallError(f"{url}: no frame was received; check the bit rate and the power")
-    return frames_of(heard)
+    return frames_of(received)
 
 
 def _of_channel(frames: Frames, channel: str | None) -> Frames:
@@ -137,11 +137,11 @@ def _write(
     write_text(folder / "report.txt", "\n".join([*report_lines(findings, meanings), ""]))
     write_text(draft, draft_vehicle(findings, bitrate, turn))
     with progress_bar("drawing messages") as progress:
-        for number, each in enumerate(findings.messages):
-            moving = [signal for signal in each.signals if signal.kind != "constant"]
+        for number, learned in enumerate(findings.messages):
+            moving = [signal for signal in learned.signals if signal.kind != "constant"]
             if moving:
                 rows = [(meanings[s.label].name, s.time - findings.start, s.values()) for s in moving]
                 plot_signals(
-                    each.message.name, rows, folder / f"{each.signals[0].label.partition('.')[0]}.png"
+                    learned.message.name, rows, folder / f"{learned.signals[0].label.partition('.')[0]}.png"
                 )
             progress(number + 1, len(findings.messages))

@@ -1,7 +1,7 @@
-"""The `omnimate` command, and what its exit codes mean.
+"""The `omnimate` command, and its exit codes.
 
-Exit codes: 0 all is well; 1 an error that the message explains, or data that had to be left out; 2 the call
-itself is wrong.
+Exit codes: 0 success; 1 an error that the message explains, or data that had to be left out; 2 a wrong
+call.
 """
 
 from __future__ import annotations

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from omnimate.driver.conformance.probe import Probe, Reply
 
 ALL = 0
-ANSWERS = 1.5  # [s] for heartbeats; most devices have one per second or more
-BOOTING = 3.0  # [s] after a reset
+HEARTBEAT_WAIT = 1.5  # [s]; assumption: most devices send a heartbeat each second or more often
+BOOT_WAIT = 3.0  # [s] after a reset; assumption
 NAMES = ("vendor", "product", "revision", "serial")
 
 lss = typer.Typer(no_args_is_help=True, help="Find devices without a node id, and give them one (CiA 305).")
@@ -47,7 +47,7 @@ def nmt(
     from omnimate.files.logs.canopen_words import nmt_state_in_words
 
     number = _node(node)
-    waited = BOOTING if command.startswith("reset") else ANSWERS
+    waited = BOOT_WAIT if command.startswith("reset") else HEARTBEAT_WAIT
     with open_probe(bus, number, force=force) as probe:
         probe.send(0x000, bytes([CODES[command], number]))
         replies = probe.listen(waited, lambda reply: number != ALL and reply.can_id == 0x700 + number)
@@ -55,8 +55,8 @@ def nmt(
     if as_json:
         out.print(json.dumps({str(node): state for node, state in states.items()}))
         return
-    for each, state in states.items():
-        out.print(f"node {each}: {state}")
+    for node_id, state in states.items():
+        out.print(f"node {node_id}: {state}")
     if not states:
         out.print(f"sent; no heartbeat within {waited:g} s")
 
@@ -111,7 +111,7 @@ def set_id(
 
 @contextmanager
 def open_probe(bus: str, node: int, *, force: bool, timeout: float = 0.1) -> Iterator[Probe]:
-    """Give raw frames to and from a bus, on which no other master may work unless it is forced."""
+    """Open a bus for raw frames; refused while another master works on it, unless forced."""
     from omnimate.driver.bus.bus import open_bus
     from omnimate.driver.canopen.node_access import require_no_other_master
     from omnimate.driver.conformance.probe import Probe
@@ -123,7 +123,7 @@ def open_probe(bus: str, node: int, *, force: bool, timeout: float = 0.1) -> Ite
 
 
 def _states(replies: list[Reply]) -> dict[int, int]:
-    """Return the last state that each node said."""
+    """Return the last NMT state of each node."""
     return {
         reply.can_id - 0x700: reply.data[0] & 0x7F
         for reply in replies

@@ -75,7 +75,7 @@ def record(
         raise
     stopped = None
     try:
-        with _kept(recorder, reader), contextlib.suppress(KeyboardInterrupt):
+        with _closing(recorder, reader), contextlib.suppress(KeyboardInterrupt):
             say(f"{'listening' if listen_only else 'reading'}: {bus}; Ctrl-C ends it")
             if program is not None and not isinstance(reader, PassiveReader):
                 drive_program(reader, program, recorder, seconds=seconds)
@@ -93,7 +93,7 @@ def record(
 
 
 def _same_call(folder: Path) -> str:
-    """Return this call as a command, with a folder that does not exist yet."""
+    """Return the present call as a command, with a folder that does not exist yet."""
     number = 2
     while (other := folder.with_name(f"{folder.name}-{number}")).exists():
         number += 1
@@ -102,8 +102,8 @@ def _same_call(folder: Path) -> str:
 
 
 @contextlib.contextmanager
-def _kept(recorder: Recorder, reader: Driver | PassiveReader) -> Iterator[None]:
-    """Close both in the end; keep nothing of a recording that fails before its first SYNC."""
+def _closing(recorder: Recorder, reader: Driver | PassiveReader) -> Iterator[None]:
+    """Close both at the end; discard a recording that fails before its first SYNC."""
     try:
         with recorder, reader:
             yield
@@ -114,7 +114,7 @@ def _kept(recorder: Recorder, reader: Driver | PassiveReader) -> Iterator[None]:
 
 
 def _follow(samples: Iterable[Sample], robot: VehicleParameters, seconds: float | None) -> None:
-    """Take samples until the time is up, the source ends or Ctrl-C; the status line has each truck's pose."""
+    """Read samples until the time is up, the source ends or Ctrl-C; the status line has each truck's pose."""
     from omnimate.vehicle.odometry import Odometer
 
     odometers = {truck: Odometer(robot, truck) for truck in robot.trucks}

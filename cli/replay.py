@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
     from omnimate.vehicle.trajectories import Trajectory
 
-MOST_GAPS = 20  # shown
+MAX_GAPS_SHOWN = 20
 
 
 def replay(
@@ -85,7 +85,7 @@ def _show_log(log: LogReadResult, vehicle: VehicleParameters) -> None:
 
 
 def _show_pdos(assembly: Assembly) -> None:
-    """Print what became of the PDOs of each node, and the gaps."""
+    """Print how many PDOs of each node are in samples, missing, late or wrong, and the gaps."""
     recording = assembly.recording
     heads = ("in samples", "missing", "late", "double", "wrong length", "restarts")
     rows = [
@@ -100,10 +100,10 @@ def _show_pdos(assembly: Assembly) -> None:
     ]
     show(new_table("", ("PDO", "node"), heads, rows))
     start = float(recording.time[0])
-    for gap in recording.gaps[:MOST_GAPS]:
+    for gap in recording.gaps[:MAX_GAPS_SHOWN]:
         out.print(f"  gap: {gap.channel} {gap.start - start:.3f} to {gap.end - start:.3f} s ({gap.reason})")
-    if len(recording.gaps) > MOST_GAPS:
-        out.print(f"  and {len(recording.gaps) - MOST_GAPS} more gaps")
+    if len(recording.gaps) > MAX_GAPS_SHOWN:
+        out.print(f"  and {len(recording.gaps) - MAX_GAPS_SHOWN} more gaps")
     for cob_id, count in sorted(assembly.unknown_pdos.items()):
         out.print(f"  not of this vehicle: PDO {cob_id:03X}h, {count} frames")
 

@@ -1,4 +1,4 @@
-"""Which robot, which truth and which program the command line means."""
+"""Robots, truths and programs from options, and robots and profiles as results."""
 
 from __future__ import annotations
 

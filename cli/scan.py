@@ -1,4 +1,4 @@
-"""`omnimate scan`: who is on a bus, and a `vehicle.toml` drafted from it."""
+"""`omnimate scan`: the nodes on a bus, and a `vehicle.toml` drafted from them."""
 
 from __future__ import annotations
 

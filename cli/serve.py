@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from omnimate.service.store.database import Database as ServiceDatabase
 
 DATABASE = "sqlite:///omnimate.db"
-NEEDED = ("alembic", "fastapi", "prometheus_client", "sqlalchemy", "uvicorn")  # of the extra `service`
-COLLECTED = 20_000, 20, 20  # objects between two looks for cycles, which stop everything
-SWITCH = 0.0002  # [s] for which one thread may keep the others waiting: the robot, calls, the stream
+LIBRARIES = ("alembic", "fastapi", "prometheus_client", "sqlalchemy", "uvicorn")  # of the extra `service`
+GC_THRESHOLDS = 20_000, 20, 20  # of gc.set_threshold: fewer collections, each of which stops all threads
+SWITCH_INTERVAL = 0.0002  # [s] for which one thread may run while others wait: robot, calls, stream
 Database = Annotated[
     str,
     typer.Option(envvar="OMNIMATE_DATABASE", help="sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME."),
@@ -103,7 +103,7 @@ def _require_service() -> None:
     Raises:
         CallError: a library is missing.
     """
-    missing = [name for name in NEEDED if find_spec(name) is None]
+    missing = [name for name in LIBRARIES if find_spec(name) is None]
     if missing:
         raise CallError(f"the service needs {', '.join(missing)}: pip install 'omnimate[service]'")
 
@@ -139,13 +139,13 @@ def _listen(settings: Settings) -> None:
         timeout_graceful_shutdown=3,
         timeout_keep_alive=60,
     )
-    sys.setswitchinterval(SWITCH)
-    gc.set_threshold(*COLLECTED)
-    announced(config).run()
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    gc.set_threshold(*GC_THRESHOLDS)
+    _announcing_server(config).run()
 
 
-def announced(config: uvicorn.Config) -> uvicorn.Server:
-    """Return a server that says where it listens once it does."""
+def _announcing_server(config: uvicorn.Config) -> uvicorn.Server:
+    """Return a server that prints its addresses once it listens."""
     import uvicorn
 
     class Server(uvicorn.Server):

@@ -18,7 +18,7 @@ WIDTH = 120  # characters of a line of help, on a terminal that has as many
 
 
 class Verb(NamedTuple):
-    """A verb, known without its code.
+    """A verb, before its code is loaded.
 
     Attributes:
         place: Its module in this package and the function or group of verbs in it, `module:name`.
@@ -164,7 +164,7 @@ def load_verb(name: str) -> Command:
 
 
 def command() -> typer.Typer:
-    """Return the command, which knows of every verb its name and one line of help."""
+    """Return the command, with the name and one line of help of every verb."""
     app = typer.Typer(
         name="omnimate",
         cls=VerbGroup,
@@ -184,7 +184,7 @@ def command() -> typer.Typer:
 
 
 def whole_command() -> TyperGroup:
-    """Return the command with every verb loaded, for who reads the options of all."""
+    """Return the command with every verb loaded, to read all options."""
     group = typer.main.get_group(command())
     group.commands = {name: load_verb(name) for name in VERBS}
     return group
@@ -206,4 +206,4 @@ def _options(
 
 
 def _not_loaded() -> None:
-    """Stand for a verb in the list of all; `VerbGroup` loads the verb itself before it is called."""
+    """Placeholder of a verb in the list; `VerbGroup` loads the verb before it is called."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class AgedPoses:
-    """The true poses of all trucks, as far back as they may yet be asked for."""
+    """The true poses of all trucks, as far back as they may still be reported."""
 
     def __init__(self, effects: Iterable[Effect], start_time: float) -> None:
         effects = tuple(effects)
@@ -28,22 +28,22 @@ class AgedPoses:
         self._start = start_time
         self._past: deque[tuple[float, Array]] = deque()
 
-    def note(self, time: float, poses: Array) -> None:
-        """Keep the poses `(T, 3)` of a time [s]; forget what is older than any that may still be reported."""
+    def add(self, time: float, poses: Array) -> None:
+        """Add the poses `(T, 3)` of a time [s], and drop those too old to be reported."""
         self._past.append((time, poses.copy()))
         oldest = time - self._age(time) if self._effects else time
         while len(self._past) > 2 and self._past[1][0] <= oldest:
             self._past.popleft()
 
-    def seen(self, truck: int) -> Array:
+    def reported(self, truck: int) -> Array:
         """Return the pose `(3,)` of a truck's reference that is reported now."""
-        pose = self._then(truck)
+        pose = self._delayed(truck)
         for effect in self._offsets:
             if TRUCK.index(effect.component) == truck:
                 pose = effect.measured(pose)
         return pose
 
-    def _then(self, truck: int) -> Array:
+    def _delayed(self, truck: int) -> Array:
         """Return the pose `(3,)` of a truck at the time of which poses are reported now."""
         now, poses = self._past[-1]
         if not self._effects:
@@ -51,7 +51,7 @@ class AgedPoses:
         time = np.array([time for time, _ in self._past])
         values = np.stack([poses[truck] for _, poses in self._past])
         age = self._age(now)
-        if age < 0.0 and len(time) > 1:  # foreseen along the last step
+        if age < 0.0 and len(time) > 1:  # extrapolated along the last step
             return np.asarray(values[-1] - age * (values[-1] - values[-2]) / (time[-1] - time[-2]))
         return np.array([np.interp(now - age, time, axis) for axis in values.T])
 

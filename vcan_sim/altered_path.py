@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.se2 import Array
 
-PAUSE = 1.0  # [s] without SYNC that is more than a bus that is late
+PAUSE = 1.0  # [s] without SYNC that counts as a pause, not as a late SYNC (assumption)
 
 
 class AlteredPath:
-    """What the effects of one robot remember, and how a step goes with them.
+    """The step of a robot with effects, and the states of these.
 
     Attributes:
         time: Time at the end of the last step [s].
@@ -65,7 +65,7 @@ class AlteredPath:
             "travel": self._travel,
             "body": self._move,
             "reading": self._read,
-            "poses": self._note,
+            "poses": self._add_poses,
         }
         wheels = 2 * self._trucks
         self._radius = np.array([0.5 * vehicle.wheel_diameter(wheel) for wheel in vehicle.wheels])
@@ -76,26 +76,26 @@ class AlteredPath:
         self._poses = AgedPoses(self._effects["poses"], start_time)
 
     def first(self, state: Record, period: float) -> None:
-        """Let effects act on what is read before the first step; those that remember begin after it."""
+        """Apply effects to the readings before the first step; effects with a state start after it."""
         if self._channels:
             block = self._block(state, np.zeros(2 * self._trucks), period)
             self._show(state, block, [None] * len(self._effects["reading"]))
-        self._poses.note(self.time, state[0]["pose"])
+        self._poses.add(self.time, state[0]["pose"])
 
     def advance(self, state: Record, obstacles: Record, command: Array, period: float) -> None:
         """Advance the robot by one period [s] with the commanded wheel speeds [rad/s]."""
         before = state[0]["speed"][: 2 * self._trucks].copy()
         turn_wheels(self._constants, state[0], command, period)
-        self._let_time_pass(period)
+        self._advance_time(period)
         block = self._block(state, before, period)
         for stage in self._effects:
             block = self._work[stage](state, obstacles, block)
 
     def pose(self, truck: int) -> Array:
         """Return the pose `(3,)` of a truck that is reported now: the pose of an earlier time."""
-        return self._poses.seen(truck)
+        return self._poses.reported(truck)
 
-    def _let_time_pass(self, period: float) -> None:
+    def _advance_time(self, period: float) -> None:
         """Advance the time by a period [s]; after a pause without SYNC, by the whole pause."""
         self.time += period
         if self._clock is not None and (now := self._clock()) > self.time + PAUSE:
@@ -133,7 +133,7 @@ class AlteredPath:
         )
 
     def _reading(self, state: Record) -> Array:
-        """Return what joints [rad] and link [m] read, biases included, before effects act, `(1, 3)`."""
+        """Return the readings of joints [rad] and link [m], `(1, 3)`, with biases, before effects act."""
         if self._trucks == 1:
             return np.zeros((1, 0))
         joints, length = self._measured(state)
@@ -147,7 +147,7 @@ class AlteredPath:
     # The stages
 
     def _count(self, state: Record, _obstacles: Record, block: Block) -> Block:
-        """Count what arrives of the wheels' turns; the wheels themselves turn as they did."""
+        """Count the wheels' turns that reach the encoders; the wheels themselves are unchanged."""
         if not self._counted:
             return block
         counted = self._act("encoder", block)
@@ -160,14 +160,14 @@ class AlteredPath:
         return block
 
     def _travel(self, state: Record, obstacles: Record, block: Block) -> Block:
-        """Let the wheels travel over the ground, with the floor's roughness and bumps."""
+        """Compute the travel over the ground, with the floor's roughness and bumps."""
         block = self._act("travel", block)
         state[0]["travel"][: 2 * self._trucks] = block.travel[0]
         disturb(self._constants, state[0], obstacles)
         return block
 
     def _move(self, state: Record, _obstacles: Record, block: Block) -> Block:
-        """Move the trucks along the arcs of their wheels, or along what effects make of these arcs."""
+        """Move the trucks along the arcs of their wheels, or along these arcs as effects change them."""
         robot = state[0]
         if not self._effects["body"]:
             move(self._constants, robot)
@@ -178,24 +178,24 @@ class AlteredPath:
         return block
 
     def _read(self, state: Record, _obstacles: Record, block: Block) -> Block:
-        """Let the linkage follow the trucks, and read it."""
+        """Set the linkage from the trucks, and read it."""
         settle(self._constants, state[0])
         if self._channels:
             read = replace(block, reading=self._reading(state))
             self._states["reading"] = self._show(state, read, self._states["reading"])
         return block
 
-    def _note(self, state: Record, _obstacles: Record, block: Block) -> Block:
-        """Keep the poses that are measured from outside."""
-        self._poses.note(self.time, state[0]["pose"])
+    def _add_poses(self, state: Record, _obstacles: Record, block: Block) -> Block:
+        """Add the poses that are measured from outside."""
+        self._poses.add(self.time, state[0]["pose"])
         return block
 
     def _show(self, state: Record, block: Block, states: Sequence[Any]) -> list[Any]:
-        """Quantise what effects make of the linkage's readings; return what they remember."""
+        """Quantise the linkage's readings as effects change them; return the effects' states."""
         true, shown, after = block.reading[0], block, []
         for effect, before in zip(self._effects["reading"], states, strict=True):
-            shown, remembered = effect.act(shown, before)
-            after.append(remembered)
+            shown, next_state = effect.act(shown, before)
+            after.append(next_state)
         constants, (joints, length) = self._constants, self._measured(state)
         measured = (*joints, length)
         for channel in self._channels:

@@ -28,14 +28,14 @@ class Bump:
     Attributes:
         height: Height of the obstacle, or diameter of the cable [m].
         shape: Shape of the obstacle: "cable", "edge" or CLAPPER's approximation "chord".
-        wheel: Wheel under which the obstacle is put; None for an obstacle on the floor, which every
-            wheel meets that passes there.
-        after: Travel of that wheel at which it meets the obstacle, since the lap began or, without a
+        wheel: Wheel under which the obstacle is put; None for an obstacle on the floor, for every
+            wheel that passes there.
+        after: Travel of that wheel at which it encounters the obstacle, since the lap began or, without a
             lap, since the start [m].
         lap: Number of the lap in which the obstacle is put there, from 0; None for the whole drive.
         x: Place of the obstacle on the floor, x [m].
         y: Place of the obstacle on the floor, y [m].
-        size: Radius around x and y within which a wheel's contact point meets the obstacle [m].
+        size: Radius around x and y within which a wheel's contact point encounters the obstacle [m].
 
     Raises:
         SimulationError: The wheel or the shape is not known, or height or size is not positive.

@@ -1,4 +1,4 @@
-"""From a true robot, its owner's file and a floor to the records that the plant works on."""
+"""From a true robot, its owner's file and a floor to the records of the plant."""
 
 from __future__ import annotations
 
@@ -37,19 +37,19 @@ def constants_of(truth: Truth, vehicle: VehicleParameters) -> Record:
     for number, wheel in enumerate(truth.vehicle.wheels):
         robot["radius"][number] = 0.5 * truth.vehicle.wheel_diameter(wheel)
         robot["servo"][number] = truth.servo / robot["radius"][number]
-    chance = np.random.default_rng(truth.seed)
+    generator = np.random.default_rng(truth.seed)
     for number, channel in enumerate(vehicle.expected_channels):
         encoder = vehicle.encoder(channel)
         robot["scale"][number] = 1.0 / encoder.scale
-        robot["offset"][number] = _first_count(encoder, chance)
+        robot["offset"][number] = _first_count(encoder, generator)
     return constants
 
 
-def _first_count(encoder: Encoder, chance: np.random.Generator) -> float:
-    """Return the counts at angle 0: anywhere for a wheel, which knows no zero."""
+def _first_count(encoder: Encoder, generator: np.random.Generator) -> float:
+    """Return the counts at angle 0: random for a wheel, whose encoder has no zero."""
     if encoder.channel in WHEELS:
         span = min(encoder.wrap_range, 2**32)
-        return float(chance.uniform(-0.5, 0.5) * span) + (0.0 if encoder.signed else 0.5 * span)
+        return float(generator.uniform(-0.5, 0.5) * span) + (0.0 if encoder.signed else 0.5 * span)
     return float(encoder.zero)
 
 

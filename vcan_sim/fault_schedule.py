@@ -48,7 +48,7 @@ class FaultSchedule:
             self._add(now + fault.duration, fault, begins=False)
 
     def run(self, now: float) -> None:
-        """Begin and end what is due until now [s]."""
+        """Begin and end the faults that are due until now [s]."""
         while self._events and self._events[0][0] <= now:
             _, _, begins, fault = heapq.heappop(self._events)
             if begins:

@@ -1,7 +1,7 @@
 """Faults of devices: one small class for each, all of them in `FAULTS`, and their text.
 
 `reboot:node=2,at=30` is the fault `reboot` of node 2 at 30 s. Most faults change the device's `Disturbance`
-while they last, and name only what they change.
+while they last, and name the fields that they change.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ class EmergencyMessage(DeviceFault):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrozenCounter(DeviceFault):
-    """The device answers in time with what it sent last, as with a broken disc."""
+    """The device answers in time with its last data, as with a broken disc."""
 
     name = "frozen"
 
@@ -155,7 +155,7 @@ class Babbling(DeviceFault):
         frames: Number of frames in one burst.
         every: Time between two bursts [s]; on a clock of SYNCs there is at most one burst per SYNC.
         cob_id: COB-ID of the frames; None for the device's own PDO.
-        data: Data of the frames, as hexadecimal digits; None for what the PDO sent last.
+        data: Data of the frames, as hexadecimal digits; None for the last data of the PDO.
     """
 
     name = "babbling"

@@ -1,4 +1,4 @@
-"""The floor: how rough it is, and what lies on it."""
+"""The floor: its roughness and its bumps."""
 
 import math
 from dataclasses import dataclass

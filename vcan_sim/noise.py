@@ -1,6 +1,6 @@
-"""Random numbers that depend on nothing but a seed, a stream and a place in this stream.
+"""Random numbers that are a function of a seed, a stream and a place in this stream.
 
-Therefore a vehicle that is stepped live meets the same floor as one that is simulated without a bus.
+Therefore a vehicle that is stepped live drives on the same floor as one that is simulated without a bus.
 """
 
 import math
@@ -12,7 +12,8 @@ from omnimate.vehicle.compiled import compiled
 FLOOR, SONAR = range(2)  # streams; truck b's begin at STREAMS
 STREAMS = 2
 
-_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+# Constants of splitmix64: Steele, Lea & Flood, "Fast splittable pseudorandom number generators", 2014.
+_GOLDEN = np.uint64(0x9E3779B97F4A7C15)  # 2^64 divided by the golden ratio, odd
 _FIRST = np.uint64(0xBF58476D1CE4E5B9)
 _SECOND = np.uint64(0x94D049BB133111EB)
 

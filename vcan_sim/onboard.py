@@ -1,4 +1,4 @@
-"""What the robot works out from its own counts while a drive is simulated: its pose, and the linkage."""
+"""The robot's own odometry while a drive is simulated: its pose and linkage from its counts."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Odometry:
-    """What the robot works out from its own counts.
+    """The robot's own odometry.
 
     Attributes:
         started: 1 after the first sample.
@@ -52,7 +52,7 @@ def odometry_of(vehicle: "VehicleParameters") -> Record:
 def see(
     odometry: Odometry, counts: IntArray
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Return the pose of truck a by dead reckoning, and what the linkage reads, from one sample's counts."""
+    """Return the pose of truck a by dead reckoning, and the linkage's readings, from one sample's counts."""
     if odometry.started:
         left = (counts[0] - odometry.counts[0]) * odometry.scale[0]
         right = (counts[1] - odometry.counts[1]) * odometry.scale[1]

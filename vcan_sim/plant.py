@@ -1,4 +1,4 @@
-"""The plant: the robot's mechanics, from commanded wheel speeds to what its encoders count."""
+"""The plant: the robot's mechanics, from commanded wheel speeds to the counts of its encoders."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class Plant:
     """One robot on one floor; advances one step per SYNC.
 
     Args:
-        truth: Robot as it truly is.
-        vehicle: Robot as its owner believes it to be, whose encoders count.
-        start: True pose of truck a; truck b stands behind it in line, at the link's length at rest.
+        truth: True robot.
+        vehicle: Nominal robot, whose encoders count.
+        start: True pose of truck a; truck b is behind it in line, at the link's length at rest.
         start_time: Start on the clock of effects that act at a time [s].
         clock: Clock that this time keeps up with after a pause without SYNC [s]; none by default.
     """
@@ -90,7 +90,7 @@ class Plant:
             self._altered.advance(self.state, self.obstacles, command, dt)
 
     def raw_counts(self) -> tuple[int, ...]:
-        """Return what the encoders send in the order of `vehicle.channels`: wrapped, signed if they are."""
+        """Return the counts as the encoders send them, wrapped, in the order of `vehicle.channels`."""
         counts = self.state["counts"][0].tolist()
         return tuple((counts[column] + half) % span - half for column, half, span in self._counters)
 
@@ -111,7 +111,7 @@ class Plant:
         return self.truth.sonar.fix(pose, np.array([*first, second[0]]))
 
     def begin_lap(self, lap: int | None) -> None:
-        """Note which lap begins, for the bumps that are put there; None when one has ended."""
+        """Set the lap that begins, for its bumps; None when one has ended."""
         begin_lap(self.state, -1 if lap is None else lap)
 
     @property

@@ -1,4 +1,4 @@
-"""The records that the plant's compiled functions share: what stays, what changes, and the obstacles.
+"""The records that the plant's compiled functions share: constants, state and obstacles.
 
 Wheels stand in the order of `WHEELS`, counts in that of `CHANNELS`; truck a is 0, truck b 1.
 """
@@ -9,7 +9,7 @@ from omnimate.vehicle.compiled import Array, IntArray
 
 
 class Constants:
-    """What does not change while the robot drives.
+    """Constants of a true robot on its floor.
 
     Attributes:
         trucks: Number of trucks, 1 or 2.
@@ -41,15 +41,15 @@ class Constants:
 
 
 class State:
-    """What changes with every step.
+    """State of a robot, which each step changes.
 
     Attributes:
         steps: Number of steps since the start.
         speed: Speed of each wheel [rad/s].
         turned: Angle by which each wheel turned in this step [rad].
         angle: Angle of each wheel since the start [rad].
-        travel: Way of each wheel over the ground in this step [m].
-        rolled: Way of each wheel since the start, and since the lap began, in whatever direction [m].
+        travel: Travel of each wheel over the ground in this step [m].
+        rolled: Distance rolled by each wheel since the start, and since the lap began [m].
         lap: Number of the lap that is being driven; -1 between laps.
         pose: True pose of each truck.
         joint: True angles of the joints, unwrapped [rad].
@@ -79,14 +79,14 @@ class Obstacle:
         wheel: Number of the wheel.
         scheduled: 1 where the obstacle is put under the wheel, 0 where it lies on the floor.
         lap: Number of the lap in which the obstacle is put there; -1 for the whole drive.
-        after: Rolled way at which the wheel meets the obstacle [m].
+        after: Rolled distance at which the wheel encounters the obstacle [m].
         x: Place of the obstacle on the floor, x [m].
         y: Place of the obstacle on the floor, y [m].
-        size: Radius of the place within which the wheel meets the obstacle [m].
-        lost: Way that is rolled but not travelled in one crossing [m].
-        span: Way that is rolled in one crossing [m].
-        remaining: Rolled way to the end of the crossing that goes on [m].
-        met: 1 from when the wheel meets the obstacle until it is off it; for good where it was put there.
+        size: Radius of the place within which the wheel encounters the obstacle [m].
+        lost: Distance that is rolled but not travelled in one crossing [m].
+        span: Distance that is rolled in one crossing [m].
+        remaining: Distance to roll until the end of the present crossing [m].
+        encountered: 1 while the wheel is on the obstacle; 1 for good once it is on a scheduled one.
     """
 
     wheel: int
@@ -99,4 +99,4 @@ class Obstacle:
     lost: float
     span: float
     remaining: float
-    met: int
+    encountered: int

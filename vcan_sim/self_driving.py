@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 class SelfDriving:
-    """Gives wheel speeds in the drives' place, SYNC by SYNC; when the program is done the robot stands.
+    """Gives wheel speeds in the drives' place, SYNC by SYNC; 0 after the end of the program.
 
     Attributes:
         journal: Laps and fixes so far, on the clock given.
-        runner: Program under way.
+        runner: Present state of the program.
         odometry: Odometry record `(1,)` of the robot.
     """
 
@@ -35,10 +35,10 @@ class SelfDriving:
         clock: Callable[[], float] = lambda: 0.0,
         on_fix: Callable[[Journal], None] = lambda _journal: None,
     ) -> None:
-        """Begin a program where the plant stands.
+        """Begin a program at the present pose of the plant.
 
         Args:
-            vehicle: Robot as its owner believes it to be.
+            vehicle: Nominal robot.
             plant: Plant that the wheel speeds move.
             program: Program to drive.
             clock: Clock of the journal [s], for each SYNC.
@@ -56,11 +56,11 @@ class SelfDriving:
             return (0.0,) * len(self._vehicle.wheels)
         now = self._clock()
         speeds = self.runner.step(*see(self.odometry[0], self._plant.state["counts"][0]))
-        self.note(now)
+        self.update(now)
         return speeds
 
-    def note(self, now: float) -> None:
-        """Keep the lap, take a fix where one is due, and start odometry from it, U III-C 1)."""
+    def update(self, now: float) -> None:
+        """Update the journal; where a fix is due, measure it and start odometry from it, U III-C 1)."""
         lap = self.journal.lap
         self.journal.observe(now, self.runner)
         if self.journal.lap != lap:

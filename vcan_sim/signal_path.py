@@ -1,7 +1,7 @@
 """The path of a signal through the robot, stage by stage, for one step of time.
 
-drive -> encoder -> ground travel -> body -> linkage -> bus: each stage is one function that takes what
-the stage before left in the state. Wheels stand in the order of `WHEELS`, counts in that of `CHANNELS`.
+drive -> encoder -> ground travel -> body -> linkage -> bus: each stage is one function of the state
+that the stage before has left. Wheels stand in the order of `WHEELS`, counts in that of `CHANNELS`.
 """
 
 import math
@@ -45,7 +45,7 @@ def roll(constants: Constants, state: State) -> None:
 
 @compiled
 def touches(obstacle: Obstacle, constants: Constants, state: State) -> bool:
-    """Return whether a wheel stands where an obstacle begins."""
+    """Return whether a wheel is at the beginning of an obstacle."""
     if obstacle.scheduled:
         if obstacle.lap >= 0:
             return bool(obstacle.lap == state.lap and state.rolled[1, obstacle.wheel] >= obstacle.after)
@@ -58,16 +58,16 @@ def touches(obstacle: Obstacle, constants: Constants, state: State) -> bool:
 
 @compiled
 def lose_travel(obstacle: Obstacle, constants: Constants, state: State) -> None:
-    """Take off a wheel's travel what one obstacle costs in this step, spread evenly over the crossing.
+    """Subtract the travel that a wheel loses at one obstacle in this step, spread evenly over the crossing.
 
     The effect `bump` follows the exact course of the loss, which a diagnosis can identify.
     """
     touching = touches(obstacle, constants, state)
-    if touching and not obstacle.met:
-        obstacle.met = 1
+    if touching and not obstacle.encountered:
+        obstacle.encountered = 1
         obstacle.remaining = obstacle.span
-    elif obstacle.met and not touching and not obstacle.scheduled:
-        obstacle.met = 0
+    elif obstacle.encountered and not touching and not obstacle.scheduled:
+        obstacle.encountered = 0
     if obstacle.remaining <= 0.0:
         return
     rolled = constants.radius[obstacle.wheel] * state.turned[obstacle.wheel]
@@ -78,7 +78,7 @@ def lose_travel(obstacle: Obstacle, constants: Constants, state: State) -> None:
 
 @compiled
 def disturb(constants: Constants, state: State, obstacles: Record) -> None:
-    """Change the travel by what the floor does to it: roughness, bumps."""
+    """Disturb the travel by the roughness and the bumps of the floor."""
     for truck in range(constants.trucks):
         left, right = 2 * truck, 2 * truck + 1
         if state.turned[left] != 0.0 or state.turned[right] != 0.0:
@@ -106,7 +106,7 @@ def glide(constants: Constants, state: State, twist: Array) -> None:
 
 @compiled
 def couple(constants: Constants, state: State) -> None:
-    """Let the linkage take up what lies between the trucks: angles and length, C (9)-(11)."""
+    """Set angles and length of the linkage from the poses of the trucks, C (9)-(11)."""
     if constants.trucks == 1:
         return
     along = link_heading(state.pose[0], state.pose[1])
@@ -133,7 +133,7 @@ def read_linkage(constants: Constants, state: State) -> None:
 
 @compiled
 def turn_wheels(constants: Constants, state: State, command: Array, period: float) -> None:
-    """Go the first part of a step: the wheels turn, are counted, and roll."""
+    """Do the first part of a step: turn the wheels, count, and roll."""
     drive(constants, state, command, period)
     read_wheels(constants, state)
     roll(constants, state)
@@ -141,7 +141,7 @@ def turn_wheels(constants: Constants, state: State, command: Array, period: floa
 
 @compiled
 def settle(constants: Constants, state: State) -> None:
-    """Go the last part of a step: the linkage follows the trucks and is read."""
+    """Do the last part of a step: set the linkage from the trucks, and read it."""
     couple(constants, state)
     read_linkage(constants, state)
     state.steps += 1
@@ -159,7 +159,7 @@ def advance(constants_: Record, states: Record, obstacles: Record, command: Arra
 
 @compiled
 def begin_lap(states: Record, lap: int) -> None:
-    """Note which lap begins; -1 when one has ended."""
+    """Set the lap that begins; -1 when one has ended."""
     states[0].lap = lap
     for wheel in range(4):
         states[0].rolled[1, wheel] = 0.0

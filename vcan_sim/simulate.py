@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from omnimate.vcan_sim.truth import Truth
     from omnimate.vehicle.parameters import VehicleParameters
 
-BLOCK = 65536  # samples that are simulated at once
-LONGEST = 86400.0  # [s] after which a program that does not end is given up
+BLOCK = 65536  # samples of one allocation: 4 MB of counts
+MAX_DURATION = 86400.0  # [s] of a drive; a program that does not end within a day is refused
 
 
 @compiled
@@ -38,14 +38,14 @@ def drive_block(
     first: int,
     period: float,
 ) -> int:
-    """Fill samples `(N, 7)` and commands `(N, 4)` from `first` on, until something happens; return where."""
+    """Fill samples `(N, 7)` and commands `(N, 4)` from `first` on, until an event; return the next sample."""
     for sample in range(first, len(counts)):
         for channel in range(counts.shape[1]):
             counts[sample, channel] = plants[0].counts[channel]
         pose, link = see(odometries[0], counts[sample])
-        happened = step(rows, settings, runner, pose, link, commands[sample])
+        has_event = step(rows, settings, runner, pose, link, commands[sample])
         advance(constants, plants, obstacles, commands[sample], period)
-        if happened or plants[0].end_stop:
+        if has_event or plants[0].end_stop:
             return sample + 1
     return len(counts)
 
@@ -58,15 +58,15 @@ def drive_altered(
     for sample in range(first, len(counts)):
         counts[sample] = plant.state["counts"][0]
         pose, link = see(odometries[0], counts[sample])
-        happened = step(runner.rows, runner.settings, runner.state, pose, link, commands[sample])
+        has_event = step(runner.rows, runner.settings, runner.state, pose, link, commands[sample])
         plant.advance(commands[sample], period)
-        if happened or plant.at_end_stop:
+        if has_event or plant.at_end_stop:
             return sample + 1
     return len(counts)
 
 
 def fill_block(robot: SelfDriving, plant: Plant, counts: IntArray, commands: Array, first: int) -> int:
-    """Fill samples and commands from `first` on, until something happens; return where."""
+    """Fill samples and commands from `first` on, until an event; return the next sample."""
     runner, period = robot.runner, plant.vehicle.bus.sync_period
     if plant.has_effects:
         return drive_altered(runner, robot.odometry, plant, counts, commands, first)
@@ -81,8 +81,8 @@ def simulate(
     """Return the recording of a robot that drives a program from odometry alone, with fixes at its stops.
 
     Args:
-        vehicle: Robot as its owner believes it to be; its odometry and its file.
-        truth: Robot as it truly is.
+        vehicle: Nominal robot, by which the odometry is computed and the recording made.
+        truth: True robot.
         program: Program to drive.
         start_time: Time of the first sample [s].
 
@@ -98,13 +98,13 @@ def simulate(
         while filled < BLOCK and not robot.runner.done:
             before, filled = filled, fill_block(robot, plant, counts, commands, filled)
             driven += filled - before
-            robot.note(start_time + (driven - 1) * period)
+            robot.update(start_time + (driven - 1) * period)
             if plant.at_end_stop:
                 raise EndStopError((driven - 1) * period, plant.link_length)
         all_counts.append(counts[:filled])
         all_commands.append(commands[:filled])
-        if driven * period > LONGEST:
-            raise SimulationError(f"the program {program.protocol} does not end within {LONGEST:.0f} s")
+        if driven * period > MAX_DURATION:
+            raise SimulationError(f"the program {program.protocol} does not end within {MAX_DURATION:.0f} s")
     columns = [CHANNELS.index(channel) for channel in vehicle.channels]
     samples = np.concatenate(all_counts)[:, columns]
     return Recording(

@@ -28,12 +28,12 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_TOLERANCE = 1e-9  # [s]; device times are sums of periods
-_LONGEST_WAIT = 0.05  # [s]; after which the thread looks for `stop` and for faults injected
+_TOLERANCE = 1e-9  # [s] of comparisons; device times are sums of periods, with rounding errors
+_MAX_WAIT = 0.05  # [s] after which the thread checks for `stop` and injected faults
 
 
 class Plant(Protocol):
-    """What the devices move and measure."""
+    """The mechanics that the devices move and measure."""
 
     def step(self, wheel_speeds: Sequence[float], dt: float) -> None:
         """Turn the wheels, in the order of `vehicle.wheels` [rad/s], for `dt` [s]."""
@@ -143,7 +143,7 @@ class SimulatedVehicle:
         try:
             while not self._stopping.is_set():
                 wait = self.wait()
-                message = self._bus.recv(_LONGEST_WAIT if wait is None else min(wait, _LONGEST_WAIT))
+                message = self._bus.recv(_MAX_WAIT if wait is None else min(wait, _MAX_WAIT))
                 if message is not None:
                     self.receive(message)
                 if self._wall or self._injected:
@@ -153,7 +153,7 @@ class SimulatedVehicle:
             _log.exception("the simulated vehicle has lost its bus")
 
     def poll(self) -> int:
-        """Answer all frames that wait on the bus and do what is due; return how many frames there were."""
+        """Answer all waiting frames and run due timers; return the number of frames."""
         frames = 0
         while (message := self._bus.recv(0.0)) is not None:
             self.receive(message)
@@ -163,7 +163,7 @@ class SimulatedVehicle:
         return frames
 
     def inject(self, fault: DeviceFault) -> None:
-        """Let a fault begin now, for its duration; may be called from any thread.
+        """Begin a fault now, for its duration; may be called from any thread.
 
         Raises:
             FaultError: the vehicle has no such node.
@@ -174,7 +174,7 @@ class SimulatedVehicle:
     # Frames
 
     def receive(self, message: can.Message) -> None:
-        """Take one frame from the bus; what is not of CANopen's base format is ignored."""
+        """Receive one frame of the bus; frames other than CANopen's base format are ignored."""
         if message.is_extended_id or message.is_error_frame or message.is_fd:
             return
         if message.arbitration_id == SYNC_ID and not message.is_remote_frame:

@@ -1,4 +1,4 @@
-"""What is true of a simulated robot, as opposed to what its owner believes (`vehicle.toml`)."""
+"""The true parameters of a simulated robot, as opposed to the nominal ones of `vehicle.toml`."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
 
 
-# The errors of U Fig. 11; truck b errs the other way round.
+# Ratios of true to nominal value of U Fig. 11 [1]; those of truck b are the inverse ones (assumption).
 WHEELBASE_ERROR: dict[TruckName, float] = {"a": 336.17 / 340.00, "b": 340.00 / 336.17}
 DIAMETER_ERROR: dict[TruckName, float] = {"a": 1.00084, "b": 1.0 / 1.00084}
 
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """A robot as it really is.
+    """A true robot on its floor.
 
     Attributes:
         vehicle: True wheel diameters and wheelbases, and the true length of the link at rest.
         floor: Floor on which the robot drives.
         sonar: Sonar that measures the robot's absolute pose.
-        stroke: Way that the slider can move to either side of its rest [m].
-        servo: Acceleration that the drives can follow, of a wheel over the floor [m/s^2].
+        stroke: Distance that the slider can move to either side of its rest [m]; 0.15 is an assumption.
+        servo: Acceleration that the drives can follow, of a wheel over the floor [m/s^2]; 5 is an assumption.
         seed: Seed of the floor's roughness, of the sonar's noise and of the counters' first values.
         effects: Physics that the nominal robot leaves out; at one stage the effects act in this order.
 
     Raises:
-        SimulationError: The seed is negative, or an effect acts on what this robot does not have.
+        SimulationError: The seed is negative, or an effect acts on a component that this robot does not have.
     """
 
     vehicle: VehicleParameters

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
 
-OTHER_SEED = 1000  # added to the seed, so that the second drive has another roughness of the floor
+SEED_STEP = 1000  # from the first drive to the second, which has other random numbers
 
 
 def demo(
@@ -46,7 +46,7 @@ def demo(
     faults = tuple(parse_fault(text) for text in fault or ())
     nominal = reference_vehicle()
     truth = truth_of(nominal, None, (), seed)
-    second_day = replace(truth, seed=seed + OTHER_SEED)
+    second_day = replace(truth, seed=seed + SEED_STEP)
     folder.mkdir(parents=True, exist_ok=True)
     program = program_of("umbmark", nominal, side=side, runs=runs, speed=speed)
     _introduce(nominal, side, runs, speed)
@@ -75,7 +75,7 @@ def demo(
 
 
 def _introduce(vehicle: VehicleParameters, side: float, runs: int, speed: float) -> None:
-    """Print what the demo does."""
+    """Print the introduction."""
     say(
         f"A simulated {vehicle.name} on a virtual CAN bus: two trucks on a compliant linkage, "
         f"{len(vehicle.encoders)} CANopen encoders, {len(vehicle.drives)} drives.\n"

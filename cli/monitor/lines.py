@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from omnimate.files.logs.live_table import LiveRow
 
 SHOWN_BYTES = 8  # of a frame; of a longer frame one fewer, and the number of the others
-CHANGED, AWAY, PROBLEM, HEAD = "bold yellow", "dim", "bold red", "bold"
+CHANGED, SILENT, PROBLEM, HEAD = "bold yellow", "dim", "bold red", "bold"
 
 
 class Wanted(NamedTuple):
@@ -83,11 +83,11 @@ def head_line(snapshot: Snapshot, name: str, bitrate: int | None) -> Text:
 def table_lines(
     rows: Sequence[LiveRow], decoder: FrameDecoder, width: int, *, marks: bool = False
 ) -> Iterator[Text]:
-    """Yield one line for each identifier, and before them what stands in it.
+    """Yield the head of the table, then one line for each identifier.
 
     Args:
-        rows: What the identifiers did.
-        decoder: Says what frames mean.
+        rows: Statistics and last frame of each identifier.
+        decoder: Decoder of the frames.
         width: Characters of a line.
         marks: Whether a star stands before each byte that changed, where there are no colours.
     """
@@ -102,12 +102,12 @@ def table_lines(
         line.append_text(_data(row, marks=marks))
         line.append(f" {meaning(row, decoder)}")
         if not row.rate:
-            line.stylize(AWAY)
+            line.stylize(SILENT)
         yield _cut(line, width)
 
 
 def node_line(snapshot: Snapshot, width: int) -> Text:
-    """Return which nodes have last said which NMT state, and which have stopped to say it."""
+    """Return the last NMT state of each node, and the nodes whose heartbeat is lost."""
     silent = {
         (row.frame.channel, row.frame.can_id & 0x7F)
         for row in snapshot.rows

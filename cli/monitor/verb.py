@@ -1,4 +1,4 @@
-"""`omnimate monitor`: which bus is watched, and by whose description."""
+"""`omnimate monitor`: the bus or log to watch, and its description."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 SCREEN = (80, 24)  # characters of a picture
 AT_ONCE = 1e9  # times faster than recorded: a year in 32 ms
-_LOOK = 0.1  # [s] between two looks whether a log has ended, without a screen
+_POLL_PERIOD = 0.1  # [s] between two checks for the end of a log, without a screen
 
 
 def monitor(
@@ -76,7 +76,7 @@ def monitor(
     known = descriptions(robot, dbc or (), eds or ())
     rate = bitrate or _bitrate(bus, robot)
     has_screen = out.is_terminal or screenshot is not None
-    if pace is None:  # without a screen, and with no time to end at, nobody watches it happen
+    if pace is None:  # without a screen or an end, the log is read at once
         pace = 1.0 if has_screen or seconds is not None else AT_ONCE
     opened = _opener(source, bus, pace, rate)
     name = str(bus or source)
@@ -152,11 +152,11 @@ def _wait(watch: BusWatch, seconds: float | None) -> None:
     """Wait until the time is over or the log has ended."""
     end = None if seconds is None else time.monotonic() + seconds
     while (end is None or time.monotonic() < end) and not watch.snapshot.has_ended:
-        time.sleep(_LOOK)
+        time.sleep(_POLL_PERIOD)
 
 
 def _print(snapshot: Snapshot, known: Descriptions, name: str, bitrate: int | None, wanted: Wanted) -> None:
-    """Print what was seen, where there is no terminal."""
+    """Print the snapshot, where there is no terminal."""
     from omnimate.cli.monitor.lines import event_lines, head_line, node_line, robot_lines, table_lines
 
     decoder = known.decoder(snapshot.seen if known.vehicle is None else {})

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from omnimate.ipec.tracker import Row, Tracker
     from omnimate.vehicle.sample import Sample
 
-CHECK = 5.0  # [s] between two checks for frozen channels
+CHECK_PERIOD = 5.0  # [s] between two checks for frozen channels
 
 
 class RowFileError(OmnimateError):
@@ -93,7 +93,7 @@ def _create(path: Path) -> TextIO:
 def follow_robot(
     samples: Iterable[Sample], tracker: Tracker, writer: RowWriter, *, seconds: float | None, every: float
 ) -> None:
-    """Take samples until the time is up, the source ends or Ctrl-C; write rows, say what happens.
+    """Track samples until the time is up, the source ends or Ctrl-C; write rows, report disturbances.
 
     Args:
         samples: The samples of a bus, as they come.
@@ -116,13 +116,13 @@ def follow_robot(
                 writer.write(tracker.row())
             for disturbance in tracker.take_disturbances():
                 note(disturbance_in_words(disturbance, first, tracker.vehicle))
-            if sample.time - checked >= CHECK:
+            if sample.time - checked >= CHECK_PERIOD:
                 checked = sample.time
                 _report_frozen(tracker, reported)
 
 
 def _report_frozen(tracker: Tracker, reported: set[str]) -> None:
-    """Print each frozen channel when it is seen for the first time."""
+    """Warn of each frozen channel once."""
     for frozen in tracker.frozen():
         if frozen.channel not in reported:
             reported.add(frozen.channel)

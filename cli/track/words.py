@@ -1,4 +1,4 @@
-"""What `omnimate track` says: where the robot is, what was corrected, and why."""
+"""Sentences and tables of `omnimate track`: pose, corrections and their reasons."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def frozen_in_words(frozen: FrozenChannel, vehicle: VehicleParameters) -> str:
     return f"{name} {describe_frozen_channel(frozen, frozen.start)}; until then rely on plain odometry only"
 
 
-def show_summary(row: Row, values: Sequence[LearnedValue], said: Findings, *, to_stdout: bool) -> None:
-    """Print the last poses, what the filter has learned, contradictions, and what is not identified yet."""
+def show_summary(row: Row, values: Sequence[LearnedValue], findings: Findings, *, to_stdout: bool) -> None:
+    """Print the last poses, the values learned, contradictions, and values that are not identified yet."""
     from omnimate.calib.linkage.learned import advice_of
 
     console = out if to_stdout else err
@@ -64,7 +64,7 @@ def show_summary(row: Row, values: Sequence[LearnedValue], said: Findings, *, to
         table.add_row(name, f"{x:.4f}", f"{y:.4f}", f"{math.degrees(theta):.3f}")
     console.print(table)
     console.print(new_table("", ("learned", "value", "+-"), rows=map(_learned, values)))
-    for advice in advice_of(said):
+    for advice in advice_of(findings):
         console.print(str(advice), markup=False, soft_wrap=True)
 
 

@@ -156,7 +156,7 @@ class Result:
 
 
 def result_of(case: Case, method: Method, e_s: float) -> Result:
-    """Return what an experiment says, by every method and by the one asked for.
+    """Return the calibrations of an experiment by every method, and by the one asked for.
 
     Raises:
         MethodError: The data do not allow the method.
@@ -168,11 +168,11 @@ def result_of(case: Case, method: Method, e_s: float) -> Result:
     return Result(case, assessment, chosen, scaled_truck(chosen.truck, e_s))
 
 
-def heed_advice(results: Sequence[Result], *, force: bool) -> None:
-    """Print what looks wrong.
+def print_advice(results: Sequence[Result], *, force: bool) -> None:
+    """Print the warnings about the data.
 
     Raises:
-        CalibrationError: A result is not to be used, and `force` does not say to use it nevertheless.
+        CalibrationError: A result must not be used, and `force` is not given.
     """
     errors = []
     for result in results:

@@ -1,4 +1,4 @@
-"""What `omnimate umbmark` prints and draws: tables, confidence intervals, whether to go on."""
+"""Tables, sentences and figures of `omnimate umbmark`: confidence intervals, whether to go on."""
 
 from __future__ import annotations
 
@@ -84,13 +84,13 @@ def draw(results: Sequence[Result], path: Path) -> None:
 
 
 def summary(case: Case, calibration: Calibration) -> list[str]:
-    """Return what one method knows about a truck, with 95 % confidence."""
-    known, errors = uncertainty_of(calibration), calibration.experiment.errors
+    """Return one method's estimates of a truck, with 95 % confidence."""
+    bounds, errors = uncertainty_of(calibration), calibration.experiment.errors
     lines = [
         f"{case.label}: {METHOD_WORDS[calibration.correction.method]}, 95 % confidence:",
-        f"  wheelbase {within(known.wheelbase, 1e3, 2)} mm",
-        f"  left wheel {within(known.diameter_left, 1e3, 3)} mm, c_L {calibration.c_left:.5f}",
-        f"  right wheel {within(known.diameter_right, 1e3, 3)} mm, c_R {calibration.c_right:.5f}",
+        f"  wheelbase {within(bounds.wheelbase, 1e3, 2)} mm",
+        f"  left wheel {within(bounds.diameter_left, 1e3, 3)} mm, c_L {calibration.c_left:.5f}",
+        f"  right wheel {within(bounds.diameter_right, 1e3, 3)} mm, c_R {calibration.c_right:.5f}",
     ]
     if can_bootstrap(errors):
         drawn = bootstrap(calibration).uncertainty
@@ -98,7 +98,7 @@ def summary(case: Case, calibration: Calibration) -> list[str]:
             f"  {RESAMPLES} resamples: E_b {drawn.e_b.low:.5f} to {drawn.e_b.high:.5f}, "
             f"E_d {drawn.e_d.low:.5f} to {drawn.e_d.high:.5f}"
         )
-    if known.freedom:
+    if bounds.freedom:
         rough = floor_roughness(errors, calibration.truck.wheelbase)
         lines.append(
             f"  the floor scatters each wheel by {1e3 * rough.value:.2f} mm/sqrt(m) "
@@ -194,11 +194,11 @@ def calibration_table(cases: Sequence[Case], calibrations: Sequence[Sequence[Cal
 
 def _row(result: Calibration) -> tuple[str, ...]:
     before, after, truck = result.experiment.errors, result.errors, result.truck
-    known = uncertainty_of(result)
+    bounds = uncertainty_of(result)
     return (
         f"  {METHOD_WORDS[result.correction.method]}",
-        within(known.e_b),
-        within(known.e_d),
+        within(bounds.e_b),
+        within(bounds.e_d),
         f"{1e3 * truck.wheelbase:.2f}",
         f"{1e3 * truck.wheel_diameter_left:.3f}",
         f"{1e3 * truck.wheel_diameter_right:.3f}",
@@ -208,11 +208,11 @@ def _row(result: Calibration) -> tuple[str, ...]:
 
 
 def within(interval: Interval, factor: float = 1.0, digits: int = 5) -> str:
-    """Return a value with half the width of its interval, times a factor; without it where it is unknown."""
+    """Return a value with half the width of its interval, times a factor; without it where it is unbounds."""
     value = f"{factor * interval.value:.{digits}f}"
     return value if math.isnan(interval.half) else f"{value} ± {factor * interval.half:.{digits}f}"
 
 
 def millimetres(metres: float) -> str:
-    """Return a length in millimetres, or a dash where it is unknown."""
+    """Return a length in millimetres, or a dash where it is unbounds."""
     return "-" if math.isnan(metres) else f"{1e3 * metres:.1f}"

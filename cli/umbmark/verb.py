@@ -62,8 +62,8 @@ def umbmark(
         calibrated_trucks,
         calibrated_vehicle,
         export,
-        heed_advice,
         load_cases,
+        print_advice,
         result_of,
     )
     from omnimate.cli.umbmark.report import METHOD_WORDS, draw, extended, report, show_worksheet
@@ -80,13 +80,13 @@ def umbmark(
     calibrated = calibrated_vehicle(results, robot) if out_file is not None else None
     if export_as is not None:
         text = export(export_as, results, robot, wheel_width)
-        heed_advice(results, force=force)
+        print_advice(results, force=force)
         out.print(text, end="", soft_wrap=True)
     else:
         report(results, e_s, vehicle_of(previous))
         for folder in bumps or ():
             extended(cases, folder, side)
-        heed_advice(results, force=force)
+        print_advice(results, force=force)
     if plot is not None:
         draw(results, plot)
     if calibrated is not None:

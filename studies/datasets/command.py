@@ -74,14 +74,14 @@ def umbmark(
     force: Annotated[bool, typer.Option("--force", help="Use a result that the checks refuse.")] = False,
 ) -> None:
     """Calibrate OptiOdom's differential robot by UMBmark from its sets of squares."""
-    from omnimate.cli.umbmark.calibration import Case, heed_advice, result_of
+    from omnimate.cli.umbmark.calibration import Case, print_advice, result_of
     from omnimate.cli.umbmark.report import draw, report
     from studies.datasets.optiodom.squares import experiment_of_optiodom
 
     cases = [Case(source.resolve().name, "a", experiment_of_optiodom(source, side)) for source in sources]
     results = [result_of(case, method, 1.0) for case in cases]
     report(results, 1.0, None)
-    heed_advice(results, force=force)
+    print_advice(results, force=force)
     if plot is not None:
         draw(results, plot)
 

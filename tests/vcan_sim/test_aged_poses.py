@@ -17,8 +17,8 @@ def driven(effects, steps):
     poses = AgedPoses(effects, 0.0)
     for number in range(steps + 1):
         time = STEP * number
-        poses.note(time, np.array([[time, 0.0, 0.5 * time]]))
-    return poses.seen(0), STEP * steps
+        poses.add(time, np.array([[time, 0.0, 0.5 * time]]))
+    return poses.reported(0), STEP * steps
 
 
 @given(st.floats(0.0, 2.0), st.integers(41, 200))

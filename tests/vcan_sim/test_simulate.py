@@ -216,7 +216,7 @@ def test_a_slider_at_its_end_stop_ends_the_simulation(vehicle):
 
 
 def test_a_program_that_never_ends_is_given_up(alone, monkeypatch):
-    monkeypatch.setattr("omnimate.vcan_sim.simulate.LONGEST", 60.0)
+    monkeypatch.setattr("omnimate.vcan_sim.simulate.MAX_DURATION", 60.0)
     far = Program("free", (rest(1.0), Row(LINE, x=1e6, speed=0.5)), ())
     with pytest.raises(SimulationError, match="does not end"):
         simulate(alone, Truth(alone), far)

@@ -24,9 +24,11 @@ JOINT_EDS = "encoder_single_turn_cia406.eds"
 LINK_EDS = "encoder_linear_cia406.eds"
 DRIVE_EDS = "drive_cia402.eds"
 
-_RAMP_RESERVE = 2.0  # the drives' ramps must not be what limits a vehicle that keeps its own limits
+# Ratios of a drive's ramps to the vehicle's own limit of acceleration [1], so that the drives do not limit a
+# vehicle that keeps its limits; assumptions.
+_RAMP_RESERVE = 2.0
 _QUICK_STOP_RESERVE = 4.0
-_SERIAL = 0x0026_0000
+_SERIAL = 0x0026_0000  # serial number of node 0; each node adds its id
 
 
 def build_devices(

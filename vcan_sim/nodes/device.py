@@ -33,7 +33,7 @@ _DAY = 86_400.0  # [s]
 
 
 class NmtState(IntEnum):
-    """The states of CiA 301 figure 48, as the heartbeat says them."""
+    """The states of CiA 301 figure 48, as the heartbeat reports them."""
 
     STOPPED = 0x04
     OPERATIONAL = 0x05
@@ -130,7 +130,7 @@ class Device:
     # What a profile adds
 
     def reset_application(self) -> None:
-        """Set what the profile keeps outside the object dictionary to its state after power-on."""
+        """Reset the profile's state outside the object dictionary to that after power-on."""
 
     def master_lost(self) -> None:
         """React when the master's heartbeat or commands stop, or NMT ends the operational state."""
@@ -152,9 +152,9 @@ class Device:
         self.now = now
         self.reset_application()
         self.lss.pending = self.lss.stored
-        self._fall_silent()
+        self._go_silent()
 
-    def _fall_silent(self) -> None:
+    def _go_silent(self) -> None:
         self._enter(NmtState.STOPPED)
         self._producer.configure(0, self.now)
         self._consumer.configure(0)
@@ -170,7 +170,7 @@ class Device:
             self.node = self.lss.active = self.lss.pending
             self.store.reset(last_index)
         if self.node == UNCONFIGURED:
-            self._fall_silent()
+            self._go_silent()
             return
         self._producer.configure(self.store[0x1017, 0], self.now)
         self._consumer.configure(self.store[0x1016, 1])
@@ -246,7 +246,7 @@ class Device:
             self._after_input()
 
     def on_heartbeat(self, node: int, now: float) -> None:
-        """Note the heartbeat of another node."""
+        """Receive the heartbeat of another node."""
         self.now = now
         if not self._is_out and self._consumer.heard(node, now):
             self.emergency.clear(HEARTBEAT_ERROR)
@@ -261,13 +261,13 @@ class Device:
         self.due = min(self.due, self._exchange.due, self.transmitter.due)
 
     def disturb(self, disturbance: Disturbance, now: float) -> None:
-        """Change what is wrong with the device."""
+        """Change the faults of the device."""
         self.now = now
         self.transmitter.disturb(disturbance, now)
         self._reschedule()
 
     def run_timers(self, now: float) -> None:
-        """Do what is due until now [s]: heartbeat, event timers, deadlines, held-back frames."""
+        """Run what is due until now [s]: heartbeat, event timers, deadlines, held-back frames."""
         self.now = now
         if now >= self._producer.due:
             self._producer.sent(now)
@@ -282,7 +282,7 @@ class Device:
         self._after_input()
 
     def _change_state_after_error(self) -> None:
-        """Do what 1029h:1 asks for after an error of the communication."""
+        """Change the NMT state after a communication error as 1029h:1 states."""
         behaviour = self.store[0x1029, 1]
         if behaviour == 0 and self.state is NmtState.OPERATIONAL:
             self._enter(NmtState.PRE_OPERATIONAL)
@@ -313,7 +313,7 @@ def _check_sync_id(_sub: int, value: int) -> None:
 
 
 def _check_sync_overflow(_sub: int, value: int) -> None:
-    """Refuse what is no overflow of the SYNC counter; raises SdoAbort."""
+    """Refuse an invalid overflow value of the SYNC counter; raises SdoAbort."""
     if value != 0 and not 2 <= value <= 240:
         raise SdoAbort(Abort.VALUE)
 

@@ -146,7 +146,7 @@ class ObjectStore:
         self._values.update({key: value for key, value in values.items() if key[0] <= last_index})
 
     def store(self) -> None:
-        """Keep what SDO may write for after the next power-on (1010h)."""
+        """Store the objects that SDO may write, for the next power-on (1010h)."""
         self._stored = {
             key: self._values[key]
             for key, variable in self._variables.items()
@@ -154,7 +154,7 @@ class ObjectStore:
         }
 
     def forget_stored(self) -> None:
-        """Have the factory's values again after the next power-on (1011h)."""
+        """Discard the stored values: the factory's are restored at the next power-on (1011h)."""
         self._stored = {}
 
     def assign(self, node: int, before: int) -> None:

@@ -60,7 +60,7 @@ class PdoExchange:
             check_communication(self._store, index, sub, value)
 
     def configure(self, now: float, *, operational: bool) -> None:
-        """Take over the object dictionary and the NMT state; all timers start anew."""
+        """Take over the object dictionary and the NMT state; all timers restart."""
         for tpdo in self.tpdos:
             tpdo.configure(self._store, self._objects.reader, now, operational=operational)
         for rpdo in self.rpdos:
@@ -119,7 +119,7 @@ class PdoExchange:
                 continue
 
     def run_timers(self, now: float) -> None:
-        """Send what an event timer or the end of an inhibit time wants sent; watch the RPDOs' deadlines."""
+        """Send what an event timer or the end of an inhibit time makes due; check the RPDOs' deadlines."""
         for tpdo in self.tpdos:
             if now >= tpdo.due:
                 self._transmit(tpdo, now)

@@ -22,7 +22,7 @@ class HeartbeatProducer:
         self.due = now + self._period if milliseconds else math.inf
 
     def sent(self, now: float) -> None:
-        """Note a heartbeat; the rhythm is kept unless a whole period was missed."""
+        """Schedule the next heartbeat, in the same rhythm unless a whole period was missed."""
         late = now - self.due
         self.due = self.due + self._period if late < self._period else now + self._period
 
@@ -45,7 +45,7 @@ class HeartbeatConsumer:
         self.due = math.inf
 
     def heard(self, node: int, now: float) -> bool:
-        """Note a heartbeat; return whether it was the one that is watched."""
+        """Receive a heartbeat; return whether it is of the watched node."""
         if node != self._node or not self._period:
             return False
         self.due = now + self._period
@@ -53,7 +53,7 @@ class HeartbeatConsumer:
 
 
 class NodeGuarding:
-    """Answers the master's remote frames, and notes when they stop.
+    """Answers the master's remote frames, and detects when they stop.
 
     Attributes:
         due: Time at which the master's next remote frame is overdue [s]; inf while none is expected.

@@ -63,7 +63,7 @@ class LssSlave:
         self._position = 0  # number of the identity that fastscan asks for
 
     def receive(self, data: bytes) -> None:
-        """Take a message of the master; what is unknown or too short is ignored."""
+        """Receive a message of the master; unknown or short ones are ignored."""
         if len(data) != 8:
             return
         command, value = data[0], int.from_bytes(data[1:5], "little")

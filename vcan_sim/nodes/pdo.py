@@ -78,7 +78,7 @@ class Tpdo:
     def configure(
         self, store: ObjectStore, reader: Callable[[Key], Callable[[], int]], now: float, *, operational: bool
     ) -> None:
-        """Take over what the object dictionary says now; timers start anew."""
+        """Take over the PDO parameters of the object dictionary; timers restart."""
         cob_id = store[self.index, 1]
         self.cob_id, self.valid = cob_id & 0x7FF, not cob_id & NOT_VALID
         self.kind = store[self.index, 2]
@@ -103,7 +103,7 @@ class Tpdo:
         return value.to_bytes(self.length, "little")
 
     def was_sent(self, data: bytes, now: float) -> None:
-        """Note a transmission and start the event timer again."""
+        """Record a transmission and restart the event timer."""
         self.data, self.sent = data, now
         if self.event and not self.synchronous:
             late = now - self.due
@@ -140,7 +140,7 @@ class Rpdo:
         self.waiting: bytes | None = None
 
     def configure(self, store: ObjectStore, *, operational: bool) -> None:
-        """Take over what the object dictionary says now; the deadline starts with the next reception."""
+        """Take over the PDO parameters; the deadline starts with the next reception."""
         cob_id = store[self.index, 1]
         self.cob_id, self.valid = cob_id & 0x7FF, not cob_id & NOT_VALID
         self.synchronous = store[self.index, 2] <= LAST_SYNCHRONOUS

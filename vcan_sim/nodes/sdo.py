@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _HEADER = struct.Struct("<BHB")
 _ABORT = struct.Struct("<BHBL")
-_LONGEST_DOWNLOAD = 64  # [byte]; no object of ours is longer
+_MAX_DOWNLOAD = 64  # [byte]; no object of ours is longer
 SEGMENT = 7  # bytes
 BLOCK_SIZE = 127  # segments, the most that CiA 301 allows
 LAST, SEQUENCE = 0x80, 0x7F  # of the first byte of a segment
@@ -23,7 +23,7 @@ LAST, SEQUENCE = 0x80, 0x7F  # of the first byte of a segment
 
 @dataclass(slots=True)
 class _Transfer:
-    """A segmented transfer under way."""
+    """The present segmented transfer."""
 
     index: int
     sub: int
@@ -35,13 +35,13 @@ class _Transfer:
 
 @dataclass(slots=True)
 class BlockUpload:
-    """An object on its way to the client.
+    """A block upload: an object sent to the client.
 
     Attributes:
         data: All bytes of the object.
         block_size: Segments that the client takes before it answers.
         sent: Segments that the client has confirmed.
-        offered: Segments of the block under way; 0 before the first.
+        offered: Segments of the present block; 0 before the first.
     """
 
     data: bytes
@@ -59,7 +59,7 @@ class BlockUpload:
             yield bytes([number | last]) + part.ljust(SEGMENT, b"\0")
 
     def confirm(self, received: int, block_size: int) -> bool:
-        """Note how many segments of the block came; return whether all of the object has."""
+        """Confirm the segments of a block that were received; return whether the object is complete."""
         if received > self.offered:
             raise SdoAbort(Abort.SEQUENCE)
         if not 1 <= block_size <= BLOCK_SIZE:
@@ -75,7 +75,7 @@ class BlockUpload:
 
 @dataclass(slots=True)
 class BlockDownload:
-    """An object on its way from the client.
+    """A block download: an object received from the client.
 
     Attributes:
         index: Index of the object.
@@ -142,7 +142,7 @@ class SdoServer:
         self._transfer: _Transfer | None = None
         self._upload_block: BlockUpload | None = None
         self._download_block: BlockDownload | None = None
-        self._about: Sequence[int] = (0, 0)  # object of the transfer under way, which an abort names
+        self._about: Sequence[int] = (0, 0)  # object of the present transfer, which an abort names
         self._steps: dict[int, Callable[[bytes], Iterable[bytes]]] = {
             0: self._download_segment,
             1: self._download,
@@ -153,11 +153,11 @@ class SdoServer:
         }
 
     def reset(self) -> None:
-        """Forget a transfer under way."""
+        """Abandon the present transfer."""
         self._transfer = self._upload_block = self._download_block = None
 
     def answers(self, request: bytes) -> tuple[bytes, ...]:
-        """Return the answers to a request: none to an abort or to what has not 8 bytes, else mostly one."""
+        """Return the answers to a request: none to an abort or an invalid length, else mostly one."""
         if len(request) != 8 or request[0] == 0x80:
             self.reset()
             return ()
@@ -176,7 +176,7 @@ class SdoServer:
         if specifier == 4:  # an abort with bits that mean nothing
             self.reset()
             return ()
-        if not self._goes_on(specifier, request[0]):
+        if not self._continues(specifier, request[0]):
             self.reset()
             _, *self._about = _HEADER.unpack_from(request)
         step = self._steps.get(specifier)
@@ -184,8 +184,8 @@ class SdoServer:
             raise SdoAbort(Abort.COMMAND)
         return step(request)
 
-    def _goes_on(self, specifier: int, command: int) -> bool:
-        """Say whether a request belongs to a transfer under way, and names no object."""
+    def _continues(self, specifier: int, command: int) -> bool:
+        """Return whether a request belongs to the present transfer, and names no object."""
         if specifier in {0, 3}:
             return self._transfer is not None
         if specifier == 5:
@@ -231,7 +231,7 @@ class SdoServer:
     def _download_segment(self, request: bytes) -> Iterable[bytes]:
         transfer = self._under_way(request, upload=False)
         transfer.buffer += request[1 : 8 - (request[0] >> 1 & 0x07)]
-        if len(transfer.buffer) > _LONGEST_DOWNLOAD:
+        if len(transfer.buffer) > _MAX_DOWNLOAD:
             raise SdoAbort(Abort.LENGTH)
         if request[0] & 0x01:
             if transfer.size not in {None, len(transfer.buffer)}:
@@ -287,5 +287,5 @@ class SdoServer:
             return (b"\xa1",)
         self._read(index, sub)  # an object that is not there is refused before its data come
         size = int.from_bytes(request[4:], "little") if command & 0x02 else None
-        self._download_block = BlockDownload(index, sub, size, bool(command & 0x04), _LONGEST_DOWNLOAD)
+        self._download_block = BlockDownload(index, sub, size, bool(command & 0x04), _MAX_DOWNLOAD)
         return (_HEADER.pack(0xA4, index, sub) + bytes([BLOCK_SIZE]),)

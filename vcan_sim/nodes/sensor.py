@@ -9,11 +9,11 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.parameters import Encoder
 
-_FASTEST = 2**15 - 1  # the speed value is 16 bits wide and saturates
+_MAX_SPEED = 2**15 - 1  # [counts/s]; the speed value is 16 bits wide and saturates
 
 
 class Latch:
-    """The raw counts of all channels at the last SYNC, so that all encoders stand at the same instant.
+    """The raw counts of all channels at the last SYNC, so that all encoders measure at the same instant.
 
     Attributes:
         counts: Counts at the last SYNC, in the order of the vehicle's channels.
@@ -63,18 +63,18 @@ class Sensor:
         )
         half = self._range // 2
         step = (step + half) % self._range - half
-        return max(-_FASTEST - 1, min(_FASTEST, round(step / self._latch.period)))
+        return max(-_MAX_SPEED - 1, min(_MAX_SPEED, round(step / self._latch.period)))
 
     def preset(self, value: int) -> None:
         """Make the present position `value` [counts]."""
         self.offset = value - self._origin - self._measured(self._latch.counts[self._column])
-        self._note_plain()
+        self._update_plain()
 
     def configure(self, direction: int, units: int, resolution: int, total: int) -> None:
         """Take over code sequence and scaling; `total` 0 leaves the range of the counter."""
         self._direction, self._units, self._resolution = direction, units, resolution
         self._range = total or self._full_range
-        self._note_plain()
+        self._update_plain()
 
     def restart(self) -> None:
         """Start after power-on: an incremental counter from 0, code sequence and scaling by default."""
@@ -82,7 +82,7 @@ class Sensor:
         self._range = self._full_range
         if self._volatile:
             self.offset, self._origin = 0, -self._measured(self._latch.counts[self._column])
-        self._note_plain()
+        self._update_plain()
 
     def _measured(self, counts: int) -> int:
         return self._direction * counts * self._units // self._resolution
@@ -90,6 +90,6 @@ class Sensor:
     def _wrapped(self, value: int) -> int:
         return (value - self._low) % self._range + self._low
 
-    def _note_plain(self) -> None:
+    def _update_plain(self) -> None:
         scaled = self._units != self._resolution or self._range != self._full_range
         self._plain = not (self._origin or self.offset or scaled) and self._direction == 1

@@ -20,7 +20,7 @@ class Babble:
         frames: Number of frames in one burst.
         every: Time between two bursts [s].
         cob_id: COB-ID of the frames; None for the device's own first TPDO.
-        data: Data of the frames; None for what that TPDO sent last.
+        data: Data of the frames; None for the last data of that TPDO.
     """
 
     frames: int
@@ -36,7 +36,7 @@ class Disturbance:
     Attributes:
         off: Whether the device is without power: it neither receives nor sends.
         silent: Whether the device sends nothing.
-        frozen: Whether the device's PDOs repeat what they sent last.
+        frozen: Whether the device's PDOs repeat their last data.
         length: Length that the device's PDOs are cut or filled up to [byte]; None for the right one.
         late_by: Time by which late PDOs are sent later [s].
         late_every: Number of PDOs of which one is late.
@@ -73,11 +73,11 @@ class Transmitter:
 
     @property
     def disturbance(self) -> Disturbance:
-        """What is wrong at the moment."""
+        """The present faults."""
         return self._disturbance
 
     def disturb(self, disturbance: Disturbance, now: float) -> None:
-        """Change what is wrong."""
+        """Change the faults."""
         starts = disturbance.babble is not self._disturbance.babble
         self._disturbance = disturbance
         if starts:
@@ -113,7 +113,7 @@ class Transmitter:
             self.send(cob_id, data)
 
     def run(self, now: float) -> None:
-        """Send what was held back until now, and the burst that is due."""
+        """Send the frames held back until now, and the burst that is due."""
         self._send_held(now)
         babble = self._disturbance.babble
         if babble is not None and now >= self._burst_due:
