@@ -43,7 +43,7 @@ class NodeReport(NodeCounts):
         )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class DriverReport:
     """Counters, events and gaps from the first SYNC until now.
 

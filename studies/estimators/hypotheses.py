@@ -7,6 +7,8 @@ The table has, for each group, the geometric mean of the ratio of rms position e
 largest ratio and its drive (the group earns this much there), the smallest ratio (it costs this much there),
 and the geometric mean of the ratio of NEES. Errors below 2 mm count as 2 mm.
 
+Peer: the filter with all of its hypotheses, over the same drives.
+
 Usage: python -m studies.estimators.hypotheses [--seeds N ...] [--without GROUP ...] [--folder FOLDER]
     [WORLD ...]
 
