@@ -16,6 +16,7 @@ from starlette.requests import ClientDisconnect
 from omnimate.service import problems
 from omnimate.service.limits import Limits
 from omnimate.service.metrics import CallTimer, call_histogram
+from omnimate.service.request_ids import RequestIds
 from omnimate.service.routes import (
     diagnoses,
     fleet_results,
@@ -70,6 +71,7 @@ def create_app(components: Components) -> FastAPI:
     app.add_middleware(CallTimer, seconds=app.state.call_seconds)
     app.add_middleware(HeadCalls)
     app.add_middleware(Limits, settings=components.settings)
+    app.add_middleware(RequestIds)
     for routes in ROUTES:
         app.include_router(routes.router)
     app.mount("/page", StaticFiles(directory=PAGE), name="page")

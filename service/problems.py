@@ -15,6 +15,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
 from omnimate.service.errors import InvalidValueError, MediaTypeError, ServiceError, StateError
+from omnimate.service.request_ids import HEADER, request_id
 from omnimate.service.validation import wrong_values
 from omnimate.vehicle.errors import OmnimateError
 
@@ -43,6 +44,7 @@ class Problem(BaseModel):
     )
     possible: list[str] | None = Field(None, description="The calls that the present state allows.")
     errors: list[Detail] | None = Field(None, description="The fields of the request that are wrong.")
+    request_id: str | None = Field(None, description="X-Request-ID of the answer; the log names it, too.")
 
 
 def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
@@ -71,6 +73,10 @@ def problem_response(
         body["possible"] = list(possible)
     if errors is not None:
         body["errors"] = errors
+    identity = request_id.get()
+    if identity is not None:
+        body["request_id"] = identity
+        headers = {**(headers or {}), HEADER: identity}
     return JSONResponse(body, status, headers, MEDIA)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import multiprocessing
 import signal
+import traceback
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -41,6 +42,8 @@ class JobProcess:
                 message: dict[str, Any] = {}
                 if self._connection.poll(REPORT_PERIOD):
                     message = self._connection.recv()
+                    if "traceback" in message:  # logged here, where the log's format is known
+                        _log.error("%s\n%s", message["error"], message.pop("traceback"))
                     if "progress" not in message:
                         return message
                 elif not self._process.is_alive():
@@ -67,8 +70,8 @@ def _run(parent: Connection, noun: str, work: Callable[..., dict[str, Any]], *ar
     except OmnimateError as error:
         parent.send({"error": str(error)})
     except Exception as error:  # noqa: BLE001  # the job must fail with a reason, whatever its error
-        _log.exception("a %s failed", noun)
-        parent.send({"error": f"an error in the {noun} itself: {type(error).__name__}: {error}"})
+        sentence = f"an error in the {noun} itself: {type(error).__name__}: {error}"
+        parent.send({"error": sentence, "traceback": traceback.format_exc()})
 
 
 @contextmanager

@@ -64,3 +64,9 @@ def test_a_process_ends_with_its_block(tmp_path):
     with running("diagnosis", run_diagnosis, str(tmp_path), [("lap", "lap")]):
         assert len(set(multiprocessing.active_children()) - before) == 1
     assert set(multiprocessing.active_children()) == before
+
+
+def test_the_traceback_of_an_error_is_logged_by_the_parent_and_kept_out_of_the_outcome(caplog):
+    outcome = outcome_of([{"error": "an error in the job itself: x", "traceback": "File 1, line 2"}])
+    assert outcome == {"error": "an error in the job itself: x"}
+    assert caplog.messages == ["an error in the job itself: x\nFile 1, line 2"]
