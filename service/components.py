@@ -58,9 +58,14 @@ class Components:
         for thread in self._threads():
             thread.start()
 
+    def stop(self) -> None:
+        """Stop the robot at its next sample and end the streams, without waiting for either."""
+        self.robot.reservation.stop("the service was stopped")
+        self.events.close()
+
     def close(self) -> None:
         """Stop the robot, end the threads, and close the database."""
-        self.events.close()
+        self.stop()
         self.robot.close()
         for thread in self._threads():
             thread.close()

@@ -143,6 +143,7 @@ def finish_job(row: JobRow, outcome: dict[str, Any] | None) -> bool:
     """Note how a job ended; return whether it is done, so that its result has to be stored."""
     row.changed = time.time()
     if outcome is None:
+        row.attempts -= 1  # however often services are stopped, the job is not to blame
         give_back(row, "the service was stopped")
     elif "died" in outcome:
         give_back(row, outcome["died"])
