@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import logging
 import sys
 import time
 from importlib.util import find_spec
@@ -11,17 +12,19 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from omnimate.cli.config_file import ConfigFile
 from omnimate.cli.console import out, say
 from omnimate.cli.errors import CallError
-from omnimate.cli.options import VehicleFile
 from omnimate.cli.tables import new_table, show
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     import socket
+    from collections.abc import Callable
 
     import uvicorn
 
+    from omnimate.service.components import Components
     from omnimate.service.settings import Settings
     from omnimate.service.store.database import Database as ServiceDatabase
 
@@ -43,58 +46,96 @@ class NoKeyError(OmnimateError):
 def serve(
     bus: Annotated[
         str | None,
-        typer.Option(help="socketcan://can0, socketcand://host:port/can0, ...; else a simulated robot."),
+        typer.Option(
+            envvar="OMNIMATE_BUS",
+            help="socketcan://can0, socketcand://host:port/can0, ...; else a simulated robot.",
+        ),
     ] = None,
-    vehicle: VehicleFile = None,
+    vehicle: Annotated[
+        Path | None,
+        typer.Option(envvar="OMNIMATE_VEHICLE", help="vehicle.toml of the robot; else the reference robot."),
+    ] = None,
     database: Database = DATABASE,
     host: Annotated[
-        str, typer.Option(help="Address to listen at; others than loopback need keys.")
+        str,
+        typer.Option(envvar="OMNIMATE_HOST", help="Address to listen at; others than loopback need keys."),
     ] = "127.0.0.1",
     port: Annotated[
-        int, typer.Option(help="Port to listen at; 0 takes a free port.", min=0, max=65535)
+        int,
+        typer.Option(
+            envvar="OMNIMATE_PORT", help="Port to listen at; 0 takes a free port.", min=0, max=65535
+        ),
     ] = 8080,
     pace: Annotated[
         float,
         typer.Option(
-            help="Pace of a driving simulated robot, in multiples of real time.", min=0.1, max=1000.0
+            envvar="OMNIMATE_PACE",
+            help="Pace of a driving simulated robot, in multiples of real time.",
+            min=0.1,
+            max=1000.0,
         ),
     ] = 40.0,
-    rate: Annotated[float, typer.Option(help="Calls a second that one caller may make.", min=1.0)] = 1000.0,
-    fleets: Annotated[str, typer.Option(help="Folder or URL for all recordings and fleets.")] = "fleets",
+    rate: Annotated[
+        float,
+        typer.Option(envvar="OMNIMATE_RATE", help="Calls a second that one caller may make.", min=1.0),
+    ] = 1000.0,
+    fleets: Annotated[
+        str, typer.Option(envvar="OMNIMATE_FLEETS", help="Folder or URL for all recordings and fleets.")
+    ] = "fleets",
     jobs: Annotated[
-        int, typer.Option(help="Processes for a fleet's batch; more than 1 need Dask.", min=1)
+        int,
+        typer.Option(
+            envvar="OMNIMATE_JOBS", help="Processes for a fleet's batch; more than 1 need Dask.", min=1
+        ),
     ] = 1,
     scheduler: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler for batches: tcp://10.0.0.1:8786.")
+        str | None,
+        typer.Option(
+            envvar="OMNIMATE_SCHEDULER",
+            help="Address of a Dask scheduler for batches: tcp://10.0.0.1:8786.",
+        ),
     ] = None,
     mqtt: Annotated[
         str | None,
         typer.Option(envvar="OMNIMATE_MQTT", help="Publish the robot by VDA 5050: mqtt://HOST[:PORT]."),
     ] = None,
     factsheet: Annotated[
-        Path | None, typer.Option(help="The robot's VDA 5050 factsheet (JSON), which --mqtt needs.")
+        Path | None,
+        typer.Option(
+            envvar="OMNIMATE_FACTSHEET", help="The robot's VDA 5050 factsheet (JSON), which --mqtt needs."
+        ),
     ] = None,
+    log_format: Annotated[
+        Literal["text", "json"],
+        typer.Option(
+            envvar="OMNIMATE_LOG_FORMAT",
+            help="json writes one object a line to stderr: every request, warnings, errors.",
+        ),
+    ] = "text",
+    config: ConfigFile = None,  # noqa: ARG001  # its callback has read it
 ) -> None:
     """Serve calibration, recordings, diagnoses and fleets over REST, with a web page."""
     _require_service()
+    from omnimate.service.json_log import log_as_json
     from omnimate.service.settings import Settings
 
-    _listen(
-        Settings(
-            bus,
-            vehicle,
-            database,
-            fleets=fleets,
-            jobs=jobs,
-            scheduler=scheduler,
-            host=host,
-            port=port,
-            pace=pace,
-            rate=rate,
-            mqtt=mqtt,
-            factsheet=factsheet,
-        )
+    if log_format == "json":
+        log_as_json()
+    settings = Settings(
+        bus,
+        vehicle,
+        database,
+        fleets=fleets,
+        jobs=jobs,
+        scheduler=scheduler,
+        host=host,
+        port=port,
+        pace=pace,
+        rate=rate,
+        mqtt=mqtt,
+        factsheet=factsheet,
     )
+    _listen(settings, as_json=log_format == "json")
 
 
 def _require_service() -> None:
@@ -116,7 +157,7 @@ def _opened(database: str) -> ServiceDatabase:
     return Database(database)
 
 
-def _listen(settings: Settings) -> None:
+def _listen(settings: Settings, *, as_json: bool) -> None:
     import uvicorn
 
     from omnimate.service.access import keys as keys_of
@@ -135,17 +176,21 @@ def _listen(settings: Settings) -> None:
         create_app(components),
         settings.host,
         settings.port,
+        log_config=None if as_json else uvicorn.config.LOGGING_CONFIG,
         log_level="warning",
         timeout_graceful_shutdown=3,
         timeout_keep_alive=60,
     )
     sys.setswitchinterval(SWITCH_INTERVAL)
     gc.set_threshold(*GC_THRESHOLDS)
-    _announcing_server(config).run()
+    announce = logging.getLogger(__name__).info if as_json else say
+    _make_server(config, announce, components).run()
 
 
-def _announcing_server(config: uvicorn.Config) -> uvicorn.Server:
-    """Return a server that prints its addresses once it listens."""
+def _make_server(
+    config: uvicorn.Config, announce: Callable[[str], None], components: Components
+) -> uvicorn.Server:
+    """Return a server that announces its addresses once it listens, and stops the robot before it ends."""
     import uvicorn
 
     class Server(uvicorn.Server):
@@ -154,7 +199,11 @@ def _announcing_server(config: uvicorn.Config) -> uvicorn.Server:
             for server in self.servers:
                 for bound in server.sockets:
                     host, port = bound.getsockname()[:2]
-                    say(f"http://{host}:{port}")
+                    announce(f"http://{host}:{port}")
+
+        async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+            components.stop()
+            await super().shutdown(sockets)
 
     return Server(config)
 

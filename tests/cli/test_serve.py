@@ -1,10 +1,12 @@
-"""`omnimate serve` and `omnimate key`: without the extra `service`, and keys from making to revoking."""
+"""`omnimate serve` and `omnimate key`: without the extra `service`, options from everywhere, and keys."""
 
 import re
+from pathlib import Path
 
 import pytest
 
 from omnimate.cli import serve
+from omnimate.cli.verbs import load_verb
 
 
 @pytest.fixture
@@ -32,3 +34,60 @@ def test_a_key_is_made_listed_and_revoked(omnimate, tmp_path):
     assert omnimate("key", "revoke", identity, *database).code == 0
     refused = omnimate("key", "revoke", "0000", *database)
     assert (refused.code, "there is no key '0000'" in refused.err) == (1, True)
+
+
+@pytest.fixture
+def settings_of(omnimate, monkeypatch):
+    """Return a function that calls `serve` and returns the settings with which it would listen."""
+    taken = []
+    monkeypatch.setattr(serve, "_listen", lambda settings, *, as_json: taken.append((settings, as_json)))
+
+    def settings(*arguments):
+        result = omnimate("serve", *arguments)
+        assert result.code == 0, result.err
+        return taken[-1][0]
+
+    return settings
+
+
+def test_the_call_is_stronger_than_the_environment_and_that_than_the_file(settings_of, tmp_path, monkeypatch):
+    file = tmp_path / "serve.toml"
+    file.write_text('host = "127.0.0.2"\nport = 1\nrate = 5\nfactsheet = "sheet.json"\n')
+    monkeypatch.setenv("OMNIMATE_PORT", "2")
+    monkeypatch.setenv("OMNIMATE_RATE", "6")
+    monkeypatch.setenv("OMNIMATE_CONFIG", str(file))
+    settings = settings_of("--rate", "7")
+    assert (settings.host, settings.port, settings.rate) == ("127.0.0.2", 2, 7.0)
+    assert (settings.factsheet, settings.pace) == (Path("sheet.json"), 40.0)
+
+
+def test_every_option_has_its_variable():
+    options = [option for option in load_verb("serve").params if option.name != "help"]
+    assert options
+    assert {option.envvar for option in options} == {f"OMNIMATE_{option.name.upper()}" for option in options}
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ('hosts = "127.0.0.1"', "hosts: unknown key; expected one of bus, vehicle, database, host, port,"),
+        ('config = "other.toml"', "config: unknown key; expected one of bus,"),
+        ("port = 99999", "port: 99999 is not in the range 0<=x<=65535"),
+        ("jobs = 1.5", "jobs: '1.5' is not a valid int"),
+        ("port = true", "port: 'True' is not a valid int"),
+        ('log-format = "xml"', "log-format: 'xml' is not one of 'text', 'json'"),
+        ('host = ["127.0.0.1"]', "host: ['127.0.0.1']; expected text or a number"),
+        ("host", "(syntax): not TOML"),
+    ],
+)
+def test_a_file_with_a_mistake_is_refused_and_the_key_is_named(omnimate, tmp_path, text, problem):
+    file = tmp_path / "serve.toml"
+    file.write_text(text)
+    result = omnimate("serve", "--config", file)
+    assert (result.code, result.out) == (1, "")
+    assert f"error: {file}: {problem}" in result.err
+
+
+def test_a_file_that_is_not_there_is_named(omnimate, tmp_path):
+    result = omnimate("serve", "--config", tmp_path / "none.toml")
+    assert (result.code, f"{tmp_path}/none.toml: (file): cannot be read" in result.err) == (1, True)

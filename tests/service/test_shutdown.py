@@ -1,0 +1,57 @@
+"""SIGTERM: the robot stops, streams end, a request in work is answered, and a job is queued again."""
+
+import json
+import signal
+import socket
+
+import httpx2
+import pytest
+
+from omnimate.service.store.database import Database
+from omnimate.service.store.tables import JobRow, SessionRow
+
+service_process = pytest.importorskip("studies.speed.service_process")
+
+DRIVE = {"how": "drive", "side": 50.0, "runs": 50, "lifeline": None}
+ZIP = {"Content-Type": "application/zip"}
+
+
+def half_sent(url, body):
+    """Return a connection over which a request was sent up to the middle of its body."""
+    host, port = url.removeprefix("http://").split(":")
+    connection = socket.create_connection((host, int(port)), timeout=60.0)
+    head = (
+        f"POST /v1/umbmark/sessions HTTP/1.1\r\nHost: {host}:{port}\r\nContent-Type: application/json\r\n"
+        f"Content-Length: {len(body)}\r\n\r\n"
+    )
+    connection.sendall(head.encode() + body[:5])
+    return connection
+
+
+def test_sigterm_ends_a_service_in_good_order(tmp_path, drive_zip, until):
+    url = f"sqlite:///{tmp_path}/service.db"
+    with (
+        service_process.serving(tmp_path, url) as service,
+        httpx2.Client(base_url=service.url, timeout=60.0) as client,
+    ):
+        recording = client.post("/v1/recordings", content=drive_zip(4.0), headers=ZIP).json()["id"]
+        session = client.post("/v1/umbmark/sessions", json=DRIVE).json()["id"]
+        until(lambda: any(client.get("/v1/robot").json()["state"]["wheels"]))
+        job = client.post("/v1/diagnoses", json={"recordings": [recording]}).json()["id"]
+        until(lambda: client.get(f"/v1/diagnoses/{job}").json()["state"] == "running")
+        body = json.dumps({"side": 4.0, "runs": 2}).encode()
+        with client.stream("GET", "/v1/robot/stream") as stream, half_sent(service.url, body) as connection:
+            service.process.send_signal(signal.SIGTERM)
+            for _event in stream.iter_raw():
+                pass  # the stream ends, though the service still waits for the request
+            connection.sendall(body[5:])
+            answer = connection.recv(65536)
+        assert answer.startswith(b"HTTP/1.1 201 ")
+        assert service.process.wait(service_process.PATIENCE) == -signal.SIGTERM
+        service.process.stdout.close()
+    database = Database(url)
+    with database.reading() as db:
+        driven, waiting = db.get(SessionRow, session), db.get(JobRow, job)
+        assert (driven.state, driven.detail) == ("interrupted", "interrupted: the service was stopped")
+        assert (waiting.state, waiting.attempts) == ("queued", 0)
+    database.close()
