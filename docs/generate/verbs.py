@@ -38,7 +38,8 @@ NOTES = {
     "monitor": "[Watch my bus](../how-to/monitor.md) shows it.",
     "import log": "[My other tools](../how-to/other-tools.md) shows it.",
     "export": "The suffix says the format: [My other tools](../how-to/other-tools.md).",
-    "serve": "[My fleet](../how-to/fleet.md) shows it.",
+    "serve": "[My fleet](../how-to/fleet.md) shows it, "
+    "[Run the service](../how-to/run-the-service.md) where it runs.",
     "fleet run": "[A fleet's daily run](../how-to/nights.md) shows it, with [its results](fleet-results.md).",
     "fleet report": "[The fleet model](../explanation/fleet.md) says how robots and places are told apart.",
     "sim": "[My driver's tests](../how-to/driver-tests.md) shows it.",
