@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.samples import SHARED_DATA
+
 # No test depends on the speed of the machine: the first example may have to compile what it calls.
 # The examples of a test may share its fixtures, which they do not change.
 # `make test-all` takes the profile `nightly`.
@@ -57,10 +59,9 @@ def sources_of(item):
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """The folder of real recordings beside the project; tests that need it are skipped without it."""
-    folder = ROOT.parent / "shared" / "data"
-    if not folder.is_dir():
+    if not SHARED_DATA.is_dir():
         pytest.skip("the real recordings (../shared/data) are not here")
-    return folder
+    return SHARED_DATA
 
 
 @pytest.fixture

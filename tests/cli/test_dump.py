@@ -17,6 +17,7 @@ from omnimate.files.logs.formats import block_reader
 from omnimate.files.logs.reading import read_log
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import save_vehicle
+from tests.samples import CANOPEN_TRACES, CAR_LOG, OTHER_ROBOT, OTHER_ROBOT_ASC, cases
 
 LOG = """(1700000000.000250) can0 080#
 (1700000000.000500) can0 181#409C0000
@@ -252,9 +253,8 @@ def test_frames_that_are_not_classical_are_reported(live):
     assert "CAN FD" in result.stderr
 
 
-@pytest.mark.parametrize("name", ["pcan1.trc.gz", "ixxat1.trc.gz"])
-def test_the_real_canopen_traces_are_described_frame_by_frame(shared_data, name):
-    path = shared_data / "real" / "canopen_traces_hilch" / name
+@pytest.mark.parametrize("path", cases(OTHER_ROBOT_ASC, *CANOPEN_TRACES))
+def test_canopen_traces_are_described_frame_by_frame(path):
     result = run(path, "--decode")
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
@@ -264,16 +264,17 @@ def test_the_real_canopen_traces_are_described_frame_by_frame(shared_data, name)
     assert all(line.split()[2].split("#")[0] in {"10A", "7EA"} for line in foreign)
 
 
-def test_the_real_car_log_is_dumped_byte_for_byte_and_reported_as_foreign(shared_data, tmp_path, robot_toml):
-    path = shared_data / "real" / "comma2k19_rav4" / "can_bus0.candump.log.gz"
+@pytest.mark.parametrize("path", cases(OTHER_ROBOT, CAR_LOG))
+def test_a_strangers_log_is_dumped_byte_for_byte_and_reported_as_foreign(path, tmp_path, robot_toml):
     result = run(path)
     assert result.exit_code == 0
-    assert result.stdout_bytes == gzip.decompress(path.read_bytes())
+    content = path.read_bytes()
+    assert result.stdout_bytes == (gzip.decompress(content) if path.suffix == ".gz" else content)
     (tmp_path / "vehicle.toml").write_text(robot_toml)
     words = run(path, "--decode", "--vehicle", tmp_path / "vehicle.toml", "--count", 2000).stdout.splitlines()
-    assert len(words) == 2000
+    assert len(words) == min(2000, len(read_log(path).frames))
     assert not any(" counts)" in line for line in words)
-    assert sum("not of this vehicle" in line or "not CANopen" in line for line in words) > 1800
+    assert sum("not of this vehicle" in line or "not CANopen" in line for line in words) > 0.9 * len(words)
 
 
 def test_a_live_bus_is_filtered_too_and_has_no_triggers(live):

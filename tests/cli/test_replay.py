@@ -14,12 +14,9 @@ from omnimate.files.logs.reading import read_log
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.odometry import dead_reckon
+from tests.samples import CANOPEN_TRACES, CAR_LOG, OTHER_ROBOT, OTHER_ROBOT_ASC, cases
 
-REAL_LOGS = [
-    "canopen_traces_hilch/ixxat1.trc.gz",
-    "canopen_traces_hilch/pcan1.trc.gz",
-    "comma2k19_rav4/can_bus0.candump.log.gz",
-]
+STRANGERS_LOGS = cases(OTHER_ROBOT, OTHER_ROBOT_ASC, *CANOPEN_TRACES, CAR_LOG)
 
 
 @pytest.fixture
@@ -69,9 +66,8 @@ def test_frames_go_onto_a_bus_unchanged_and_in_order(omnimate, drive):
     assert [(message.arbitration_id, bytes(message.data)) for message in heard] == sent
 
 
-@pytest.mark.parametrize("name", REAL_LOGS)
-def test_every_frame_of_a_strangers_log_is_called_something(omnimate, shared_data, name):
-    path = shared_data / "real" / name
+@pytest.mark.parametrize("path", STRANGERS_LOGS)
+def test_every_frame_of_a_strangers_log_is_called_something(omnimate, path):
     result = omnimate("replay", path)
     total, classes = re.search(r"(\d+) frames: (.*)", result.out).groups()
     numbers = [int(number) for number in re.findall(r" (\d+)(?:,|$)", classes)]
@@ -80,10 +76,10 @@ def test_every_frame_of_a_strangers_log_is_called_something(omnimate, shared_dat
     assert "error: " in result.err
 
 
-@pytest.mark.parametrize("name", REAL_LOGS)
-def test_a_strangers_log_on_the_bus_is_heard_without_an_unhandled_frame(shared_data, name):
+@pytest.mark.parametrize("path", STRANGERS_LOGS)
+def test_a_strangers_log_on_the_bus_is_heard_without_an_unhandled_frame(path):
     """Frame by frame through the live reader: nothing raises, and no frame enters a sample."""
-    frames = read_log(shared_data / "real" / name).frames
+    frames = read_log(path).frames
     url = "virtual://strangers"
     with open_bus(url) as sender, PassiveReader(reference_vehicle(), url) as ear:
         for frame in frames:

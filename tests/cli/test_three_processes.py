@@ -16,6 +16,8 @@ from omnimate.files.recordings.folder import load_recording
 
 TOOLS = Path(sys.executable).parent
 PATIENCE = 120.0  # [s] of a wait that normally ends at once
+ENCODERS = range(0x181, 0x188)  # their TPDOs
+HEARTBEATS = {0x700 + node for node in (*range(1, 8), *range(11, 15))}
 
 
 def _as_from_a_terminal():
@@ -63,32 +65,41 @@ def contents(log):
     return Counter((frame.can_id, frame.data) for frame in read_log(log).frames)
 
 
+def payloads(log, can_id):
+    """Return what an identifier carried, in order."""
+    return [frame.data for frame in read_log(log).frames if frame.can_id == can_id]
+
+
 def ended(process):
     """Return what a process still prints until it ends by itself."""
     return process.communicate(timeout=PATIENCE)[0]
 
 
 def test_our_recorder_and_can_logger_keep_the_same_frames(bus, tmp_path):
-    """can_logger begins earlier and ends later; all that we recorded, sent or received, is in its log."""
+    """can_logger begins earlier and ends later; all that we recorded, sent or received, is in its log.
+
+    How many SYNCs there are, and how many answers are late, depends on the machine. Where all answers of 2 s
+    are late, the recorder reports a node that has never answered and ends with exit code 1; it keeps all frames.
+    """
     where = ("--bus-kwargs", "host=127.0.0.1", f"port={bus}")
     url = f"socketcand://127.0.0.1:{bus}/can0"
     with started(
         "can_logger", *where, "-i", "socketcand", "-c", "can0", "-f", tmp_path / "other.log"
     ) as logger:
         await_line(logger, "Can Logger")
-        # the robot rests for 134 SYNCs before it drives; on a slow machine most of the 533 may be skipped
         with started("omnimate", "record", tmp_path / "ours", "--bus", url, "--seconds", 8.0) as recorder:
             assert "recording:" in ended(recorder)
-        assert recorder.returncode == 0
         logger.send_signal(signal.SIGINT)
         ended(logger)
-    ours, theirs = contents(tmp_path / "ours/can.log"), contents(tmp_path / "other.log")
-    assert ours.total() > 500
-    assert ours - theirs == Counter(), "frames that only our recorder saw"
-    extra = {can_id for can_id, _ in theirs - ours}
-    assert extra <= {0x700 + node for node in (*range(1, 8), *range(11, 15))}, "only heartbeats came after us"
-    recording = load_recording(tmp_path / "ours")
-    assert recording.channel_counts("a.left")[-1] != recording.channel_counts("a.left")[0], "it drove"
+    ours, theirs = tmp_path / "ours/can.log", tmp_path / "other.log"
+    assert contents(ours) - contents(theirs) == Counter(), "frames that only our recorder saw"
+    for encoder in ENCODERS:
+        kept = payloads(ours, encoder)
+        assert kept
+        assert kept == payloads(theirs, encoder)[: len(kept)], "answers that only can_logger saw"
+    extra = {can_id for can_id, _ in contents(theirs) - contents(ours)}
+    assert extra <= {*HEARTBEATS, *ENCODERS}, "only heartbeats and late answers came after us"
+    assert len(load_recording(tmp_path / "ours")) == len(payloads(ours, 0x080))
 
 
 @pytest.mark.slow

@@ -11,10 +11,13 @@ from omnimate.driver.conformance.probe import Probe
 from omnimate.driver.conformance.run import conform
 from omnimate.driver.errors import MappingImpossible
 from tests.foreign import robots
-from tests.foreign.canopennode.nodes import CanOpenNodeDrive, CanOpenNodeEncoder, family
+from tests.foreign.canopennode.nodes import CanOpenNodeDrive, CanOpenNodeEncoder, family, what_is_missing
 from tests.foreign.robots import devices, two_trucks
 from tests.foreign.test_restarts import cycles
 from tests.foreign.test_stopping import COUNTS, OUT, drive, driving
+
+if missing := what_is_missing():
+    pytest.skip(missing, allow_module_level=True)
 
 POSITION, OFF, PERIOD_US = 0x60040020, 0x80000000, 15_000
 NODE = 1  # the encoder of a.left
@@ -36,11 +39,6 @@ def configure(bench, driver_on, encoder):
         return driver, report.nodes[0]
 
     return run
-
-
-def test_the_devices_can_be_built(canopennode):
-    """Where this one is skipped, no test has asked a device on CANopenNode; it says what is missing."""
-    assert canopennode.device_new
 
 
 def test_an_encoder_that_sends_at_changes_answers_each_sync(configure, encoder):

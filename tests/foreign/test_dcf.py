@@ -15,11 +15,13 @@ from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.errors import EdsError
 from tests.foreign.devices import DescribedNode
 from tests.foreign.robots import devices, two_trucks
+from tests.samples import OUR_EDS, VENDORS_EDS, cases
 
 NODE = 5
 OFF = 1 << 31
 WRONG_STATE, READ_ONLY = 0x08000022, 0x06010002
-FILES = ("elmo_gold.dcf", "pilz_prbt_0_1.dcf", "lely_co-gw_txt-master.dcf")
+ENCODER, DRIVE = OUR_EDS
+FILES = cases(DRIVE, *(path for path in VENDORS_EDS if path.suffix == ".dcf"))
 
 DCF = """[DeviceInfo]
 VendorNumber={vendor}
@@ -99,9 +101,8 @@ def dcf(tmp_path, period=15000, vendor=0x301, data_type="0x0007"):
     return path
 
 
-@pytest.mark.parametrize("name", FILES)
-def test_a_device_that_is_as_its_dcf_states_differs_in_nothing_and_is_not_written(bench, shared_data, name):
-    path = shared_data / "eds" / name
+@pytest.mark.parametrize("path", FILES)
+def test_a_device_that_is_as_its_dcf_states_differs_in_nothing_and_is_not_written(bench, path):
     node = DescribedNode(NODE, path)
     for variable in stated_values(node.object_dictionary):
         node.data_store.setdefault(variable.index, {})[variable.subindex] = variable.encode_raw(
@@ -113,11 +114,8 @@ def test_a_device_that_is_as_its_dcf_states_differs_in_nothing_and_is_not_writte
     assert all(data[0] & 0xE0 == 0x40 for _, _, data in bus.sent)
 
 
-@pytest.mark.parametrize("name", FILES)
-def test_all_that_may_be_written_is_written_in_the_order_that_a_strict_device_asks_for(
-    bench, shared_data, name
-):
-    path = shared_data / "eds" / name
+@pytest.mark.parametrize("path", FILES)
+def test_all_that_may_be_written_is_written_in_the_order_that_a_strict_device_asks_for(bench, path):
     node = StrictNode(path)
     sdo = sdo_on(bench([node]), node.object_dictionary)
     wrong = list(differences(sdo, node.object_dictionary))
@@ -127,8 +125,8 @@ def test_all_that_may_be_written_is_written_in_the_order_that_a_strict_device_as
     assert [d.index for d in differences(sdo, node.object_dictionary)] == [d.index for d in left]
 
 
-def test_what_the_device_refuses_is_told_and_the_rest_written(bench, shared_data):
-    node = StrictNode(shared_data / "eds" / "pilz_prbt_0_1.dcf", refused={0x1017})
+def test_what_the_device_refuses_is_told_and_the_rest_written(bench):
+    node = StrictNode(DRIVE, refused={0x1017})
     sdo = sdo_on(bench([node]), node.object_dictionary)
     left = write_values(sdo, node.object_dictionary, list(differences(sdo, node.object_dictionary)))
     (refused,) = (difference for difference in left if difference.index == 0x1017)
@@ -202,6 +200,6 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
         load_descriptions(replace(robot, encoders=(first, *robot.encoders[1:])))
 
 
-def test_an_eds_states_no_values(shared_data):
-    eds = load_eds(shared_data / "eds" / "maxon_epos2_347717.eds", NODE)
-    assert stated_values(eds.dictionary) == ()
+@pytest.mark.parametrize("path", cases(*(path for path in (ENCODER, *VENDORS_EDS) if path.suffix == ".eds")))
+def test_an_eds_states_no_values(path):
+    assert stated_values(load_eds(path, NODE).dictionary) == ()

@@ -12,18 +12,12 @@ from omnimate.driver.scan.eds_folder import Fit, described_devices, fitting_file
 from omnimate.driver.scan.scan import NODES, scan
 from tests.foreign.devices import DescribedNode, ForeignDrive, ForeignEncoder
 from tests.foreign.robots import devices
+from tests.samples import OUR_EDS, VENDORS_EDS, cases
 
 UPLOAD, SEGMENT = 0x40, 0x60  # first bytes of requests that read
-FILES = (
-    "cia301_profile_kacanopen.eds",
-    "cia406_profile_kacanopen.eds",
-    "elmo_gold.dcf",
-    "faulhaber_605.3150.71-A.eds",
-    "lely_co-gw_txt-master.dcf",
-    "maxon_epos2_347717.eds",
-    "pilz_prbt_0_1.dcf",
-    "sick_mls.eds",
-)
+ENCODER, DRIVE = OUR_EDS
+VENDORS = {path.name: path for path in VENDORS_EDS}
+OUR_VENDOR = 0x7FFFFF01
 
 
 def look(bus, **options):
@@ -60,9 +54,9 @@ def test_the_frames_that_were_sent_are_counted(bench):
     assert look(bus).sent == {"SDO readings": len(bus.sent)}
 
 
-@pytest.mark.parametrize("name", FILES)
-def test_a_device_with_a_vendors_eds_is_read_whole(bench, shared_data, name):
-    bus = bench([DescribedNode(5, shared_data / "eds" / name)])
+@pytest.mark.parametrize("path", cases(*OUR_EDS, *VENDORS_EDS))
+def test_a_device_with_a_vendors_eds_is_read_whole(bench, path):
+    bus = bench([DescribedNode(5, path)])
     found = by_id(look(bus))
     assert list(found) == [5]
     assert not found[5].remark
@@ -71,25 +65,30 @@ def test_a_device_with_a_vendors_eds_is_read_whole(bench, shared_data, name):
 
 
 @pytest.mark.parametrize(
-    ("name", "identity", "fit"),
-    [
-        ("elmo_gold.dcf", (154, 198947, 66550), Fit.WHOLE),
-        ("elmo_gold.dcf", (154, 198947, 66551), Fit.SAME_BEHAVIOUR),
-        ("elmo_gold.dcf", (154, 198947, 0x20000), Fit.OTHER_REVISION),
-        ("elmo_gold.dcf", (154, 198948, 66550), Fit.NOT),
-        ("maxon_epos2_347717.eds", (251, 1663172608, 556138496), Fit.WHOLE),
-        ("faulhaber_605.3150.71-A.eds", (327, 48, 1), Fit.VENDOR),
-        ("sick_mls.eds", (16777302, 4352, 2), Fit.WHOLE),
-    ],
+    ("path", "identity", "fit"),
+    cases(
+        (ENCODER, (OUR_VENDOR, 0x101, 0x20003), Fit.WHOLE),
+        (ENCODER, (OUR_VENDOR, 0x101, 0x20004), Fit.SAME_BEHAVIOUR),
+        (ENCODER, (OUR_VENDOR, 0x101, 0x30003), Fit.OTHER_REVISION),
+        (ENCODER, (OUR_VENDOR, 0x102, 0x20003), Fit.NOT),
+        (DRIVE, (OUR_VENDOR, 48, 1), Fit.VENDOR),
+        (VENDORS["elmo_gold.dcf"], (154, 198947, 66550), Fit.WHOLE),
+        (VENDORS["elmo_gold.dcf"], (154, 198947, 66551), Fit.SAME_BEHAVIOUR),
+        (VENDORS["elmo_gold.dcf"], (154, 198947, 0x20000), Fit.OTHER_REVISION),
+        (VENDORS["elmo_gold.dcf"], (154, 198948, 66550), Fit.NOT),
+        (VENDORS["maxon_epos2_347717.eds"], (251, 1663172608, 556138496), Fit.WHOLE),
+        (VENDORS["faulhaber_605.3150.71-A.eds"], (327, 48, 1), Fit.VENDOR),
+        (VENDORS["sick_mls.eds"], (16777302, 4352, 2), Fit.WHOLE),
+    ),
 )
-def test_the_eds_that_fits_is_named_out_of_all(bench, shared_data, name, identity, fit):
-    bus = bench([DescribedNode(5, shared_data / "eds" / name, identity)])
+def test_the_eds_that_fits_is_named_out_of_all(bench, path, identity, fit):
+    bus = bench([DescribedNode(5, path, identity)])
     (node,) = look(bus).nodes
-    file = fitting_file(node, described_devices(shared_data / "eds"))
+    file = fitting_file(node, described_devices(path.parent))
     if fit is Fit.NOT:
         assert file is None
     else:
-        assert (file.path.name, file.fit) == (name, fit)
+        assert (file.path, file.fit) == (path, fit)
 
 
 def test_the_heartbeat_tells_the_state_and_a_pdo_of_its_own_that_it_is_operational(bench):

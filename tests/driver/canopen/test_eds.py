@@ -4,6 +4,7 @@ import pytest
 
 from omnimate.driver.canopen.eds import load_eds
 from omnimate.driver.errors import EdsError
+from tests.samples import OUR_EDS, VENDORS_EDS, cases
 
 GOOD = """[DeviceInfo]
 VendorName=Maker
@@ -24,26 +25,36 @@ def load(tmp_path, text, encoding="utf-8"):
     return load_eds(path, 5)
 
 
+OBJECTS = [10, 17]  # of our files
+VENDORS_OBJECTS = [39, 73, 167, 75, 20, 157, 100, 33]
+
+
 @pytest.mark.parametrize(
-    ("name", "objects"),
-    [
-        ("cia301_profile_kacanopen.eds", 39),
-        ("cia406_profile_kacanopen.eds", 73),
-        ("elmo_gold.dcf", 167),
-        ("faulhaber_605.3150.71-A.eds", 75),
-        ("lely_co-gw_txt-master.dcf", 20),
-        ("maxon_epos2_347717.eds", 157),
-        ("pilz_prbt_0_1.dcf", 100),
-        ("sick_mls.eds", 33),
-    ],
+    ("path", "objects"),
+    cases(*zip(OUR_EDS, OBJECTS, strict=True), *zip(VENDORS_EDS, VENDORS_OBJECTS, strict=True)),
 )
-def test_every_public_file_loads(shared_data, name, objects):
-    assert len(load_eds(shared_data / "eds" / name, 5).dictionary) == objects
+def test_every_sample_file_loads(path, objects):
+    assert len(load_eds(path, 5).dictionary) == objects
 
 
 def test_every_file_in_the_folder_is_tested(shared_data):
-    names = [path.name for path in (shared_data / "eds").iterdir() if path.suffix in {".eds", ".dcf"}]
-    assert len(names) == 8
+    files = [path for path in (shared_data / "eds").iterdir() if path.suffix in {".eds", ".dcf"}]
+    assert sorted(files) == sorted(VENDORS_EDS)
+
+
+def test_all_oddities_of_a_file_are_repaired():
+    encoder, drive = (load_eds(path, 5) for path in OUR_EDS)
+    assert encoder.remarks == (
+        "line 8: not UTF-8; read as Windows-1252",
+        "line 18: ObjectType='0x07 # VAR' read as 0x07",
+        "line 30: PDOMapping='01' read as 1",
+    )
+    assert encoder.dictionary.device_information.product_number == 0x101
+    assert (encoder.dictionary[0x1800][1].default, encoder.dictionary[0x1800][2].default) == (0x40000185, 254)
+    assert encoder.dictionary[0x1801][1].default == 0x80000285
+    assert set(encoder.dictionary[0x1A01]) == {0}
+    assert drive.dictionary[0x1016][4].access_type == "rw"
+    assert drive.dictionary[0x1800][1].value == 0x185
 
 
 def test_a_good_file_needs_no_remark(tmp_path):

@@ -15,6 +15,7 @@ from omnimate.files.logs.formats.candump_lines import format_lines, parse_line
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, SENT, Frame, concatenate, frames_of
 from omnimate.files.logs.reading import read_log
 from omnimate.vehicle.errors import LogError
+from tests.samples import CANOPEN_TRACES, CAR_LOG, OTHER_ROBOT, OTHER_ROBOT_ASC, cases
 
 GOOD = b"".join(
     b"(17000000%02d.000250) can0 18%d#00%02X\n" % (index, index % 8, index) for index in range(60)
@@ -335,22 +336,23 @@ def test_minimon_traces_are_read_on_their_own_clock(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "count"),
-    [
-        ("canopen_traces_hilch/pcan1.trc.gz", 11283),
-        ("canopen_traces_hilch/ixxat1.trc.gz", 781),
-        ("comma2k19_rav4/can_bus0.candump.log.gz", 53800),
-    ],
+    ("path", "count"),
+    cases(
+        (OTHER_ROBOT, 300),
+        (OTHER_ROBOT_ASC, 300),
+        *zip(CANOPEN_TRACES, (781, 11283), strict=True),
+        (CAR_LOG, 53800),
+    ),
 )
-def test_the_real_logs_are_read_to_the_last_frame(shared_data, name, count):
-    result = read_log(shared_data / "real" / name, strict=True)
-    assert len(result.frames) == count
+def test_logs_are_read_to_the_last_frame(path, count):
+    assert len(read_log(path, strict=True).frames) == count
 
 
-def test_the_real_candump_log_is_what_python_can_reads(shared_data):
-    with gzip.open(shared_data / "real" / "comma2k19_rav4" / "can_bus0.candump.log.gz", "rt") as file:
+@pytest.mark.parametrize("path", cases(OTHER_ROBOT, CAR_LOG))
+def test_a_candump_log_is_what_python_can_reads(path):
+    with (gzip.open if path.suffix == ".gz" else open)(path, "rt") as file:
         text = file.read()
-    ours = read_log(shared_data / "real" / "comma2k19_rav4" / "can_bus0.candump.log.gz")
+    ours = read_log(path)
     theirs = list(can.CanutilsLogReader(io.StringIO(text)))
     assert [(f.time, f.can_id, f.data) for f in ours.frames] == [
         (m.timestamp, m.arbitration_id, bytes(m.data)) for m in theirs

@@ -49,6 +49,11 @@ typedef struct {
     volatile bool_t CANnormal;
 } CO_CANmodule_t;
 
+/* All of a PDO but deadlines of RPDOs, with which CO_RPDO_process has other arguments in v4.1 than in 2026. */
+#define CO_CONFIG_PDO                                                                                                  \
+    (CO_CONFIG_RPDO_ENABLE | CO_CONFIG_TPDO_ENABLE | CO_CONFIG_TPDO_TIMERS_ENABLE | CO_CONFIG_PDO_SYNC_ENABLE          \
+     | CO_CONFIG_PDO_OD_IO_ACCESS | CO_CONFIG_FLAG_OD_DYNAMIC)
+
 /* One thread does everything. */
 #define CO_LOCK_CAN_SEND(CAN_MODULE)
 #define CO_UNLOCK_CAN_SEND(CAN_MODULE)

@@ -100,7 +100,8 @@ void device_put(Device *d, uint16_t index, uint8_t sub, uint32_t value)
     OD_size_t count;
     if (OD_getSub(entry, sub, &io, false) != ODR_OK || read_value(entry, sub) == value) return;
     io.write(&io.stream, &value, io.stream.dataLength, &count);
-    OD_requestTPDO(OD_getFlagsPDO(entry), sub);
+    /* What OD_requestTPDO does, whose first argument is not the same in v4.0 and in 2026. */
+    if (entry->extension != NULL) entry->extension->flagsPDO[sub / 8] &= ~(1 << sub % 8);
 }
 
 static void add(Device *d, uint16_t index, uint8_t sub, uint8_t size, OD_attr_t attribute, uint32_t value)
@@ -218,8 +219,8 @@ static void restart(Device *d, bool everything)
     if (everything) d->control = 0;
     CO_EM_init(&d->em, can, OD_find(od, 0x1001), d->errors, ERRORS + 1, OD_find(od, 0x1014), TX_EMCY,
                OD_find(od, 0x1003), d->node, NULL);
-    CO_NMT_init(&d->nmt, OD_find(od, 0x1017), &d->em, d->node, (CO_NMT_control_t)0, 0, can, RX_NMT,
-                CO_CAN_ID_NMT_SERVICE, can, TX_HEARTBEAT, CO_CAN_ID_HEARTBEAT + d->node, NULL);
+    CO_NMT_init(&d->nmt, OD_find(od, 0x1017), &d->em, d->node, 0, 0, can, RX_NMT, CO_CAN_ID_NMT_SERVICE, can,
+                TX_HEARTBEAT, CO_CAN_ID_HEARTBEAT + d->node, NULL);
     memset(d->watched, 0, sizeof d->watched);
     CO_HBconsumer_init(&d->watchdog, &d->em, d->watched, RX_COUNT - RX_HEARTBEATS, OD_find(od, 0x1016), can,
                        RX_HEARTBEATS, NULL);
@@ -312,7 +313,7 @@ void device_process(Device *d, uint32_t microseconds)
     CO_EM_process(&d->em, is_awake, microseconds, NULL);
     bool was_sync = CO_SYNC_process(&d->sync, is_awake, microseconds, NULL) == CO_SYNC_RX_TX;
     if (d->is_drive) {
-        CO_RPDO_process(&d->rpdo, microseconds, NULL, is_operational, was_sync);
+        CO_RPDO_process(&d->rpdo, is_operational, was_sync);
         follow_control_word(d);
     }
     for (int number = 0; number < TPDOS; number++)

@@ -1,6 +1,7 @@
-"""CANopen devices on CANopenNode, built by the C compiler that is there from the sources that are there.
+"""CANopen devices on CANopenNode, built by the system's C compiler from the sources that are there.
 
-`CANOPENNODE` in the environment names a checkout of https://github.com/CANopenNode/CANopenNode, version 4.
+`CANOPENNODE` in the environment names a checkout of https://github.com/CANopenNode/CANopenNode, v4.0 or
+later; without it, the sources are those in `../shared/foreign/CANopenNode`.
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ from functools import partial
 from pathlib import Path
 
 from tests.foreign.devices import ENABLED, FAULT, NMT_STATE, OPERATIONAL, SWITCH_ON_DISABLED, DrivenWheel
+from tests.samples import SHARED
 
 HERE = Path(__file__).parent
+SOURCES = Path(os.environ.get("CANOPENNODE") or SHARED / "foreign" / "CANopenNode")
 MODULES = ("ODinterface", "Emergency", "NMT_Heartbeat", "HBconsumer", "SYNC", "PDO", "SDOserver")
 NMT_COMMAND = {state: command for command, state in NMT_STATE.items()}
 SEND = ctypes.CFUNCTYPE(None, ctypes.c_uint32, ctypes.c_uint8, ctypes.POINTER(ctypes.c_uint8))
@@ -23,20 +26,17 @@ SEND = ctypes.CFUNCTYPE(None, ctypes.c_uint32, ctypes.c_uint8, ctypes.POINTER(ct
 
 def what_is_missing():
     """Return in words what the build lacks; an empty text where it can be done."""
-    sources = os.environ.get("CANOPENNODE")
-    if not sources:
-        return "CANOPENNODE is not set; it names a checkout of CANopenNode v4 (CONTRIBUTING.md)"
-    if not (Path(sources) / "301" / "CO_ODinterface.c").exists():
-        return f"CANOPENNODE={sources}: no 301/CO_ODinterface.c there; expected a checkout of CANopenNode v4"
-    return "" if shutil.which("gcc") else "there is no gcc"
+    if not (SOURCES / "301" / "CO_ODinterface.c").exists():
+        return f"{SOURCES} has no sources of CANopenNode; set CANOPENNODE to a checkout (CONTRIBUTING.md)"
+    return "" if shutil.which("cc") else "there is no C compiler (cc) for the devices on CANopenNode"
 
 
 def build(folder):
     """Compile the devices into a folder; return them as a library."""
-    sources, made = Path(os.environ["CANOPENNODE"]), folder / "device.so"
-    command = ["gcc", "-shared", "-fPIC", "-std=gnu11", "-O1", f"-I{sources}", f"-I{HERE}", "-o", made]
+    made = folder / "device.so"
+    command = ["cc", "-shared", "-fPIC", "-std=gnu11", "-O1", f"-I{SOURCES}", f"-I{HERE}", "-o", made]
     done = subprocess.run(
-        [*command, HERE / "device.c", *(sources / "301" / f"CO_{module}.c" for module in MODULES)],
+        [*command, HERE / "device.c", *(SOURCES / "301" / f"CO_{module}.c" for module in MODULES)],
         check=False,
         capture_output=True,
         text=True,
