@@ -35,16 +35,23 @@ def pytest_addoption(parser):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Keep the tests that `--touched-since` asks for."""
+    """Keep the tests that `--touched-since` asks for, and what can run without `../shared/data`."""
     commit = config.getoption("--touched-since")
-    if commit is None:
-        return
-    command = ["git", "diff", "--name-only", "--diff-filter=AM", "--find-renames", commit]
-    changes = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
-    touched = set(changes.stdout.splitlines())
-    kept = [item for item in items if touched.intersection(sources_of(item))]
-    config.hook.pytest_deselected(items=[item for item in items if item not in kept])
-    items[:] = kept
+    if commit is not None:
+        command = ["git", "diff", "--name-only", "--diff-filter=AM", "--find-renames", commit]
+        changes = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+        touched = set(changes.stdout.splitlines())
+        keep(config, items, lambda item: touched.intersection(sources_of(item)))
+    if not SHARED_DATA.is_dir():
+        # One test of each file that needs the folder is skipped for all of them.
+        first = {item.path: item for item in reversed(items) if "shared_data" in item.fixturenames}
+        keep(config, items, lambda item: "shared_data" not in item.fixturenames or item is first[item.path])
+
+
+def keep(config, items, is_kept):
+    """Deselect all tests but those that are kept."""
+    config.hook.pytest_deselected(items=[item for item in items if not is_kept(item)])
+    items[:] = [item for item in items if is_kept(item)]
 
 
 def sources_of(item):
