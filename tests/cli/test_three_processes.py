@@ -79,7 +79,7 @@ def test_our_recorder_and_can_logger_keep_the_same_frames(bus, tmp_path):
     """can_logger begins earlier and ends later; all that we recorded, sent or received, is in its log.
 
     How many SYNCs there are, and how many answers are late, depends on the machine. Where all answers of 2 s
-    are late, the recorder reports that a node has never answered, and its exit code is 1; it keeps all frames.
+    are late, the recorder reports nodes that have never answered, with exit code 1; it keeps all frames.
     """
     where = ("--bus-kwargs", "host=127.0.0.1", f"port={bus}")
     url = f"socketcand://127.0.0.1:{bus}/can0"
