@@ -74,7 +74,7 @@ def ranked_candidates(
         and term.key not in used_keys
         and not (term.is_unknown and not term.is_event and term.component in named)
         and not _repeats_event(term.component, term.fixed.get("times", ()), occupied)
-        and not (is_push(term) and _is_leftover(term, member_terms))
+        and not (is_push(term) and _is_leftover(posterior, term, member_terms))
     }
     return sorted(
         (candidate for candidate in log_odds if log_odds[candidate] > IMPOSSIBLE),
@@ -96,12 +96,17 @@ def overlap(stretches: Sequence[tuple[float, float]], others: Sequence[tuple[flo
     )
 
 
-def _is_leftover(push: Term, events: Iterable[Term]) -> bool:
+def _is_leftover(posterior: Posterior, push: Term, events: Iterable[Term]) -> bool:
     """Say whether a push may be the discrepancy of some events from their laws.
 
-    The linkage hands forces on, so that an event of one truck disturbs the other, too.
+    It is then of the same truck; without poses, a push of one truck shows as one of the other.
     """
-    return any(overlap(push.stretches, event.active_intervals) for event in events)
+    posed = any(windows.signals.poses is not None for windows in posterior.regression.windows)
+    return any(
+        overlap(push.stretches, event.active_intervals)
+        for event in events
+        if not posed or event.component.startswith(push.component)
+    )
 
 
 def _onset(term: Term) -> tuple[float, ...]:
@@ -274,7 +279,9 @@ def _without_leftovers(posterior: Posterior, members: Members) -> Members:
     terms = posterior.terms
     named = [terms[member] for member in members if not is_push(terms[member])]
     return tuple(
-        member for member in members if not (is_push(terms[member]) and _is_leftover(terms[member], named))
+        member
+        for member in members
+        if not (is_push(terms[member]) and _is_leftover(posterior, terms[member], named))
     )
 
 

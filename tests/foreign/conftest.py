@@ -11,7 +11,10 @@ from tests.foreign import robots
 from tests.foreign.bench import Bench, BenchClock
 from tests.foreign.canopennode import nodes
 
-FAMILIES = ["LocalNode"] if nodes.what_is_missing() else ["LocalNode", "CANopenNode"]
+# All cases on CANopenNode double the time of this folder; `test_canopennode.py` always runs on it.
+FAMILIES = ["LocalNode"]
+if not nodes.what_is_missing():
+    FAMILIES.append(pytest.param("CANopenNode", marks=pytest.mark.slow))
 
 
 @pytest.fixture

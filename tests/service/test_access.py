@@ -68,4 +68,4 @@ def test_secrets_are_not_kept(locked):
 
 def test_a_service_that_others_can_reach_needs_a_key(tmp_path):
     with pytest.raises(NoKeyError, match="omnimate key add"):
-        _listen(Settings(database=f"sqlite:///{tmp_path}/service.db", host="0.0.0.0"))
+        _listen(Settings(database=f"sqlite:///{tmp_path}/service.db", host="0.0.0.0"), as_json=False)
