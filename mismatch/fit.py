@@ -96,6 +96,12 @@ class Fitted:
         nominal = regression.whitened([(push[:, :, None], seen[:, :, None]) for push, seen in raw])[:, 0]
         return np.asarray(nominal - regression.white[:, 0])
 
+    def linear_model(self, rows: Array) -> tuple[Array, Array]:
+        """Return the columns (V, K) of everything in rows (V, C), and the data (V,) of the nominal robot."""
+        columns = np.hstack([rows[:, :0], *(rows[:, place] for _, place, _ in self.everything())])
+        known = np.concatenate([np.zeros(0), *(values for _, _, values in self.everything())])
+        return columns, rows[:, 0] + columns @ known
+
     def everything(self) -> Iterator[tuple[Term, slice, Array]]:
         """Yield the terms of the set and of the calibration, their columns and their coefficients."""
         for acting in (self.chosen, self.calibrated):

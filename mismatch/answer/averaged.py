@@ -51,9 +51,7 @@ def averaged(fit: Fitted) -> Acting:
 def _needed(fit: Fitted, numbers: list[int]) -> float:
     """Return the probability of the robot with calibrated numbers, against the one that is described."""
     everything = list(fit.everything())
-    rows = fit.rows
-    columns = np.hstack([rows[:, place] for _, place, _ in everything])
-    data = rows[:, 0] + columns @ np.concatenate([values for _, _, values in everything])
+    columns, data = fit.linear_model(fit.rows)
     widths = [len(values) for _, _, values in everything]
     first = len(fit.chosen.terms)
     without = np.repeat([at - first not in numbers for at in range(len(everything))], widths)

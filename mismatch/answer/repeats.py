@@ -33,7 +33,7 @@ def repeats_of(fit: Fitted, effects: int) -> list[Repeats | None]:
         effects: Number of effects that have a name.
     """
     count = len(fit.regression.windows)
-    alone = [_alone(fit, recording) for recording in range(count)] if count > 1 else []
+    alone = [_alone(fit, recording) for recording in range(count)] if count > 1 and effects else []
     return [
         None if term.is_local or not alone else _repeats(term, values, [each[number] for each in alone])
         for number, (term, values) in enumerate(
@@ -45,14 +45,11 @@ def repeats_of(fit: Fitted, effects: int) -> list[Repeats | None]:
 def _alone(fit: Fitted, recording: int) -> list[Estimate]:
     """Return every effect's coefficients and their covariance by one recording, all being fitted to it."""
     mine = fit.regression.owner == recording
-    rows = whiten_nuisances(fit.regression.white[mine], fit.nuisance[mine])
-    everything = list(fit.everything())
-    columns = np.hstack([rows[:, place] for _, place, _ in everything])
-    known = np.concatenate([values for _, _, values in everything])
-    precision = columns.T @ columns + np.eye(len(known)) / MEMBER_SIZE**2
+    columns, data = fit.linear_model(whiten_nuisances(fit.regression.white[mine], fit.nuisance[mine]))
+    precision = columns.T @ columns + np.eye(columns.shape[1]) / MEMBER_SIZE**2
     covariance: Array = np.linalg.inv(precision).astype(np.float64)
-    own: Array = covariance @ (columns.T @ (rows[:, 0] + columns @ known))
-    edges = np.cumsum([0, *(len(values) for _, _, values in everything)]).tolist()
+    own: Array = covariance @ (columns.T @ data)
+    edges = np.cumsum([0, *(len(values) for _, _, values in fit.everything())]).tolist()
     return [(own[start:end], covariance[start:end, start:end]) for start, end in itertools.pairwise(edges)]
 
 

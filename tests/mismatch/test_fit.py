@@ -5,10 +5,8 @@ import pytest
 
 from omnimate.mismatch.candidates.terms import term
 from omnimate.mismatch.fit import fitted
-from omnimate.mismatch.noise.levels import NoiseLevels
 from omnimate.mismatch.recording.signals import signals_of
-
-USUAL = NoiseLevels(roughness=5e-4, waviness=5e-5, creep=4e-5, joint_a=2e-5, joint_b=2e-5, link=5e-6)
+from tests.mismatch.conftest import USUAL
 
 
 def fit_of(recording, single, value):

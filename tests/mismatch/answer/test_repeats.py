@@ -1,15 +1,15 @@
 """What is the same in all recordings of a robot is said to repeat, and what differs is said to differ."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.answer.repeats import repeats_of
 from omnimate.mismatch.candidates.terms import term
 from omnimate.mismatch.fit import fitted
-from omnimate.mismatch.noise.levels import NoiseLevels
 from omnimate.mismatch.recording.signals import signals_of
-
-USUAL = NoiseLevels(roughness=5e-4, waviness=5e-5, creep=4e-5, joint_a=2e-5, joint_b=2e-5, link=5e-6)
+from tests.mismatch.conftest import USUAL
 
 
 def eccentric(drive, effect, *amplitudes):
@@ -50,3 +50,9 @@ def test_a_diagnosis_of_several_recordings_says_whether_they_agree(drive, effect
     answer = diagnose(eccentric(drive, effect, 4e-4, 4e-4)).as_json()
     assert answer["findings"][0]["effect"] == "wheel_eccentricity"
     assert answer["findings"][0]["repeats"]["agree"] is True
+
+
+def test_several_recordings_of_a_healthy_robot_without_poses_agree(drive):
+    answer = diagnose([replace(drive(seed=seed, laps=1), poses=None) for seed in (4, 5)])
+    assert answer.verdict == "agreement"
+    assert answer.findings == ()
