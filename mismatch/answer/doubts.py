@@ -25,25 +25,31 @@ MISFIT = 1.2
 
 
 def surest_names(
-    found: Investigation, parts: Sequence[Array], explained: Sequence[float], left: Leftover, residual: float
+    found: Investigation,
+    parts: Sequence[Array],
+    after: Array,
+    explained: Sequence[float],
+    left: Leftover,
+    residual: float,
 ) -> list[float]:
     """Return the largest probability that each effect of the fit may have.
 
     A name is doubted where the fit does not explain the data; where what predicts the leftover, or the other
     laws, which are not exact, may explain as much; and where it is a constant number on a component whose
-    error varies. A push is doubted beside events that have a name: it may be one more of them.
+    error varies. A push is doubted where events have a name: it may be one more of them.
 
     Args:
         found: The best set, and its fit.
         parts: What each effect explains of the data, `(V,)`.
+        after: Data without all that is explained, `(V,)`.
         explained: Share of the mismatch's square that it explains.
         left: What the fit leaves and can be predicted.
         residual: Held-out residual with the effects.
     """
     terms = found.fit.chosen.terms
-    varying = {term.component for term in map(found.posterior.terms.__getitem__, _lasting(found))}
+    varying = {found.posterior.terms[member].component for member in _lasting(found)}
     has_named_events = any(term.is_local and not term.is_unknown for term in terms)
-    predicted = _are_predicted(parts, found.fit.rows[:, 0], left)
+    predicted = _are_predicted(parts, after, left)
     inexact = _are_discrepancies(terms, explained)
     doubted = [
         has_named_events
@@ -63,9 +69,9 @@ def surest_unknown(found: Investigation) -> float:
     Its curves are judged as if noise were white: the omnibus test, which assumes nothing, must see it, too.
     """
     lasting = _lasting(found)
-    return (
-        min(SUREST, leftover(found.posterior, set(found.members) - lasting).probability) if lasting else 0.0
-    )
+    if not lasting:
+        return SUREST
+    return min(SUREST, leftover(found.posterior, set(found.members) - lasting).probability)
 
 
 def _lasting(found: Investigation) -> set[int]:

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.answer.omnibus import Leftover
     from omnimate.mismatch.answer.rivals import Rivalry
     from omnimate.mismatch.candidates.regression import Regression
-    from omnimate.mismatch.diagnosis import Verdict
+    from omnimate.mismatch.diagnosis import Repeats, Verdict
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.fit import Acting, Fitted
     from omnimate.mismatch.heldout import HeldOut
@@ -68,14 +68,11 @@ def answer(found: Investigation) -> Diagnosis:
     rows, chosen = fit.rows, fit.chosen
     parts = [rows[:, place] @ sizes for place, sizes in zip(chosen.places, chosen.values, strict=True)]
     explained = [float(part @ (part + 2.0 * rows[:, 0])) / excess for part in parts]
-    surest = surest_names(found, parts, explained, left, size(residuals.after))
+    surest = surest_names(found, parts, rows[:, 0], explained, left, size(residuals.after))
     nameless = surest_unknown(found)
     repeats = repeats_of(fit, len(found.named))
     present = [
-        replace(
-            _finding(fit, number, rivalry(found, member), explained[number], surest[number]),
-            repeats=repeats[number],
-        )
+        _finding(fit, number, rivalry(found, member), explained[number], surest[number], repeats[number])
         if (number := numbers.get(member)) is not None
         else _unknown(found, member, rivalry(found, member), excess, nameless)
         for member in found.members
@@ -173,7 +170,9 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
     ]
 
 
-def _finding(fit: Fitted, number: int, rivals: Rivalry, explained: float, surest: float) -> Finding:
+def _finding(
+    fit: Fitted, number: int, rivals: Rivalry, explained: float, surest: float, repeats: Repeats | None
+) -> Finding:
     """Return an effect of the fit that explains a share, as a finding no surer than a probability."""
     effect, regression = fit.chosen.effects[number], fit.regression
     part_of = regression.white[:, fit.chosen.places[number]] @ fit.chosen.values[number]
@@ -201,6 +200,7 @@ def _finding(fit: Fitted, number: int, rivals: Rivalry, explained: float, surest
         _pushed(effect.component) if unknown else sentence(effect, signals[0].recording.vehicle),
         (PUSH_REGIME,) if unknown else (),
         "; ".join(drives_for(names)) if any(other.probability > 0.05 for other in others) else "",
+        repeats,
     )
 
 

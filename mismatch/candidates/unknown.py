@@ -87,15 +87,15 @@ def errors(windows: Windows) -> list[Error]:
     found = []
     wheels = [str(wheel) for wheel in signals.recording.vehicle.wheels]
     for number, wheel in enumerate(wheels):
-        found.append(Error(wheel, "travel", partial(_way, windows, (number,)), True))
+        found.append(Error(wheel, "travel", partial(_way, windows, (number,)), constant_is_calibrated=True))
     if len(wheels) == 4:
         found += [
-            Error(side, "", partial(_way, windows, numbers), True)
+            Error(side, "", partial(_way, windows, numbers), constant_is_calibrated=True)
             for side, numbers in (("left", (0, 2)), ("right", (1, 3)))
         ]
     for number, truck in enumerate(signals.trucks):
         found.append(Error(truck, "creep", partial(_side, windows, number)))
-        found.append(Error(truck, "turn", partial(_turn, windows, number), True))
+        found.append(Error(truck, "turn", partial(_turn, windows, number), constant_is_calibrated=True))
         found.append(Error(truck, "yaw", partial(_yaw, windows, number)))
     for row, name in enumerate(("joint_a", "joint_b", "link")[: windows.linkage]):
         found.append(Error(name, "reading", partial(_reading, windows, (row,))))

@@ -131,16 +131,15 @@ def filter_of(windows: Windows, noise: NoiseLevels) -> Filter:
     decay, mean_square = _wave_moments(windows, noise.wave)
     transition[:, waves, waves] = decay
     start[waves, waves] = noise.waviness**2 * mean_square.max(axis=0)
-    process = _process_covariance(windows, noise)
+    process = _process_covariance(windows, noise, decay, mean_square)
     variance = variance_of(windows, noise)
     gains, spread = gains_of(transition, windows.links, process, windows.observe, variance, start)
     return Filter(windows, transition, gains, spread)
 
 
-def _process_covariance(windows: Windows, noise: NoiseLevels) -> Array:
-    """Return the process covariance of each window, `(M, n, n)`."""
+def _process_covariance(windows: Windows, noise: NoiseLevels, decay: Array, mean_square: Array) -> Array:
+    """Return the process covariance of each window, `(M, n, n)`, with the `_wave_moments` of its waves."""
     poses, waves = windows.floor.shape[1], _wave_states(windows)
-    decay, mean_square = _wave_moments(windows, noise.wave)
     process = windows.rounding.copy()
     process[:, :poses, :poses] += noise.roughness**2 * windows.floor + noise.creep**2 * windows.creep
     process[:, :poses, :poses] += noise.sway**2 * windows.sway
