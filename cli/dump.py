@@ -206,12 +206,15 @@ def _chosen(
         margin: How long before and after a trigger they are [s].
     """
     start: float | None = None
+    is_filtered = near is not None or wanted != FrameFilter()  # a bus gives frame by frame: each costs
     for frames in blocks:
-        start = float(frames.time[0]) if start is None else start
-        rows = wanted.wants(frames, start)
-        if near is not None:
-            rows &= within_seconds(frames, near, margin)
-        part = frames if rows.all() else frames.select(rows)
+        part = frames
+        if is_filtered:
+            start = float(frames.time[0]) if start is None else start
+            rows = wanted.wants(frames, start)
+            if near is not None:
+                rows &= within_seconds(frames, near, margin)
+            part = frames if rows.all() else frames.select(rows)
         part = part if count is None else part.select(slice(count))
         if len(part):
             yield part
