@@ -208,11 +208,11 @@ def _row(result: Calibration) -> tuple[str, ...]:
 
 
 def within(interval: Interval, factor: float = 1.0, digits: int = 5) -> str:
-    """Return a value with half the width of its interval, times a factor; without it where it is unbounds."""
+    """Return a value with half the width of its interval, times a factor; without it where it is unknown."""
     value = f"{factor * interval.value:.{digits}f}"
     return value if math.isnan(interval.half) else f"{value} ± {factor * interval.half:.{digits}f}"
 
 
 def millimetres(metres: float) -> str:
-    """Return a length in millimetres, or a dash where it is unbounds."""
+    """Return a length in millimetres, or a dash where it is unknown."""
     return "-" if math.isnan(metres) else f"{1e3 * metres:.1f}"

@@ -43,7 +43,7 @@ class NodeReport(NodeCounts):
         )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)  # compared by identity: a report is a moment
 class DriverReport:
     """Counters, events and gaps from the first SYNC until now.
 

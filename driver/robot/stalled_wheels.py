@@ -52,7 +52,7 @@ class StallDetector:
 
     A wheel has stalled when its count has not changed for `STALL_TIME`, and its command, all that time in the
     same direction, would have moved it by `MIN_TRAVEL` or `MIN_COUNTS`. A sample without its count
-    starts the time anew.
+    restarts the timer.
 
     Args:
         vehicle: Vehicle whose wheels are compared.

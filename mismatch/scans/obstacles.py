@@ -4,7 +4,7 @@ A wheel that climbs over an obstacle loses travel; it also shakes the robot, swa
 at the linkage, in a way that no model describes. On a smooth floor that exceeds the noise many times, and a
 search that adds event after event would explain it by whatever fits. The lasting displacement is clear all
 the same. So disturbed windows are grouped into encounters, and each is explained as a whole: a wheel lost
-travel while the trucks were shaken to and fro, or anything else. Which wheels cross obstacles follows from a
+travel while the trucks were disturbed, or anything else. Which wheels cross obstacles follows from a
 mixture model over all encounters.
 """
 
@@ -341,7 +341,7 @@ def _refined(encounter: _Encounter, wheel: int, shaking: float, crossing: _Cross
 def _crossed(encounter: _Encounter, truck: int, shaking: float, begins: Array) -> list[_Crossing]:
     """Return an encounter explained as a crossing by the left, and by the right wheel of a truck.
 
-    The wheel loses travel, with a discrepancy, and all trucks are shaken to and fro. Of all times [s] at
+    The wheel loses travel, with a discrepancy, and all trucks are disturbed. Of all times [s] at
     which it may begin, the most probable is taken, with the evidence averaged over all.
     """
     shapes, count = _shapes(encounter.windows), len(encounter.stretch)

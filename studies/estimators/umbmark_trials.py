@@ -5,7 +5,7 @@ It takes about fifteen minutes; `python -m studies reproduce` has bias and varia
 The wheelbase is also fitted with everything free (`calibrate`) to recordings of squares, which takes most of
 the time.
 
-Peers: the paper's printed equations beside the exact and the weighted ones, and the true parameters.
+Peers: the paper's printed equations with the exact and the weighted ones, and the true parameters.
 
 Usage: python -m studies.estimators.umbmark_trials
 """
