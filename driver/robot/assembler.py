@@ -248,6 +248,10 @@ class Assembler:
         """Return whether a PDO of a node has not entered any sample."""
         return bool((self._pdos["last"][self._pdos["node"] == node] < 0).any())
 
+    def is_late(self, node: int) -> bool:
+        """Return whether an answer of a node has come after its sample was closed."""
+        return bool(self._pdos["late"][self._pdos["node"] == node].any())
+
     def take_silent(self) -> set[int]:
         """Return the nodes that have not answered for `SILENT_TIME` since they were last returned."""
         silent, self._silent = self._silent, set()

@@ -42,6 +42,21 @@ def test_a_pdo_enters_the_open_sample(kit, monitor):
     assert monitor.assembler.close().present == (True, False)
 
 
+@pytest.mark.parametrize(
+    ("comes_late", "words"),
+    [(False, "has never answered SYNC: check it"), (True, "answers SYNC too late for every sample")],
+)
+def test_a_node_of_which_no_answer_entered_a_sample_is_reported_by_its_cause(kit, monitor, comes_late, words):
+    for number in range(3):
+        monitor.assembler.begin(number, 0.015 * number)
+        monitor.assembler.close()
+        if comes_late:
+            monitor.take(kit.frame(0x181, b"\x07\0\0\0"), 0.015 * number)
+    assert monitor.assembler.never_answered(1)
+    monitor.never_answered(1, "check it")
+    assert words in monitor.supervision.troubles[-1].what
+
+
 @pytest.mark.parametrize("can_id", [0x181, 0x701, 0x081, 0x581])
 def test_a_service_of_impossible_length_is_counted_for_its_node(kit, monitor, can_id):
     monitor.assembler.begin(0, 0.0)
