@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import multiprocessing
+import os
 import signal
 import traceback
 from contextlib import contextmanager
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
 REPORT_PERIOD = 0.5  # [s] between two reports of progress
+# Share of the machine's memory that a job may take: where that is too little, it fails, and not the service.
+# A diagnosis takes 35 kB a sample (`python -m studies.speed.diagnose_speed`).
+MEMORY_SHARE = 0.75
+NICENESS = 10  # of a job's process, so that the service and its robot are served first
 _log = logging.getLogger(__name__)
 
 
@@ -34,8 +39,9 @@ class JobProcess:
                 the process is given up when it returns False.
 
         Returns:
-            The result or `{"error": sentence}` as the process sent it, `{"died": reason}` where the process
-            ended without a message, None where it was given up.
+            The result or `{"error": sentence}` as the process sent it, with `"limit": "memory"` where its
+            memory was not enough; `{"died": reason}` where the process ended without a message, None where
+            it was given up.
         """
         try:
             while True:
@@ -58,9 +64,29 @@ class JobProcess:
         return {"died": f"its process ended with code {self._process.exitcode}"}
 
 
-def _run(parent: Connection, noun: str, work: Callable[..., dict[str, Any]], *arguments: object) -> None:
+def _limit(memory: int | None, niceness: int) -> str:
+    """Limit the memory of this process, and have it give way to others; return what is too much."""
+    try:
+        import resource
+    except ImportError:  # Windows has no such limits
+        return "more memory than there is"
+    memory = memory or int(MEMORY_SHARE * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+    os.nice(niceness)
+    return f"more than {memory / 1e6:.0f} MB of memory"
+
+
+def _run(
+    parent: Connection,
+    noun: str,
+    memory: int | None,
+    niceness: int,
+    work: Callable[..., dict[str, Any]],
+    *arguments: object,
+) -> None:
     """Work in the job's process, and send the progress and at the end the result or `{"error": sentence}`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when this process ends
+    too_much = _limit(memory, niceness)
 
     def report_progress(part: float, doing: str) -> None:
         parent.send({"progress": part, "doing": doing})
@@ -69,24 +95,34 @@ def _run(parent: Connection, noun: str, work: Callable[..., dict[str, Any]], *ar
         parent.send(work(report_progress, *arguments))
     except OmnimateError as error:
         parent.send({"error": str(error)})
+    except MemoryError:
+        parent.send({"error": f"this {noun} takes {too_much}", "limit": "memory"})
     except Exception as error:  # noqa: BLE001  # the job must fail with a reason, whatever its error
         sentence = f"an error in the {noun} itself: {type(error).__name__}: {error}"
         parent.send({"error": sentence, "traceback": traceback.format_exc()})
 
 
 @contextmanager
-def running(noun: str, work: Callable[..., dict[str, Any]], *arguments: object) -> Iterator[JobProcess]:
+def running(
+    noun: str,
+    work: Callable[..., dict[str, Any]],
+    *arguments: object,
+    memory: int | None = None,
+    niceness: int = NICENESS,
+) -> Iterator[JobProcess]:
     """Start a process for a job, and end it with the block.
 
     Args:
         noun: What the job is, for messages.
         work: Returns the result. It reports by its first argument which part is done, and what is done now.
         *arguments: Its other arguments.
+        memory: The most memory that it may take [bytes]; `MEMORY_SHARE` of the machine's where none is given.
+        niceness: By how much it gives way to other processes, 0 to 19.
     """
     context = multiprocessing.get_context("spawn")
     receiver, sender = context.Pipe()
     # Not a daemon: those may not start processes, which a batch with several workers does.
-    process = context.Process(target=_run, args=(sender, noun, work, *arguments))
+    process = context.Process(target=_run, args=(sender, noun, memory, niceness, work, *arguments))
     process.start()
     sender.close()
     try:

@@ -1,11 +1,14 @@
 """A job in its own process, as its parent sees it: progress, a result, an error, or a death."""
 
 import multiprocessing
+import os
 
 import pytest
 
 from omnimate.service.jobs.diagnosing import run_diagnosis
-from omnimate.service.jobs.process import JobProcess, running
+from omnimate.service.jobs.process import NICENESS, JobProcess, running
+from omnimate.service.jobs.queue import finish_job
+from omnimate.service.store.tables import JobRow
 
 
 class Process:
@@ -70,3 +73,28 @@ def test_the_traceback_of_an_error_is_logged_by_the_parent_and_kept_out_of_the_o
     outcome = outcome_of([{"error": "an error in the job itself: x", "traceback": "File 1, line 2"}])
     assert outcome == {"error": "an error in the job itself: x"}
     assert caplog.messages == ["an error in the job itself: x\nFile 1, line 2"]
+
+
+def take_memory(_report, size):
+    """Take an amount of memory [bytes]."""
+    return {"taken": len(bytearray(size))}
+
+
+def niceness(_report):
+    """Return by how much this process gives way to others."""
+    return {"niceness": os.nice(0)}
+
+
+def test_a_job_that_takes_too_much_memory_fails_with_its_reason_and_is_not_tried_again():
+    with running("diagnosis", take_memory, 2_000_000_000, memory=1_000_000_000) as process:
+        outcome = process.outcome(lambda _message: True)
+    assert outcome == {"error": "this diagnosis takes more than 1000 MB of memory", "limit": "memory"}
+    row = JobRow(state="running", attempts=1)
+    assert not finish_job(row, outcome)
+    assert (row.state, row.error) == ("failed", outcome["error"])
+
+
+def test_a_job_gives_way_to_the_service():
+    with running("diagnosis", niceness) as process:
+        outcome = process.outcome(lambda _message: True)
+    assert outcome == {"niceness": min(os.nice(0) + NICENESS, 19)}
