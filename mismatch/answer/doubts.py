@@ -8,6 +8,7 @@ import numpy as np
 
 from omnimate.mismatch.answer.constancy import varying_sizes
 from omnimate.mismatch.answer.omnibus import leftover
+from omnimate.mismatch.candidates.terms import EVENT_MARGIN
 from omnimate.mismatch.evidence.search import NAMELESS_MARGIN
 
 if TYPE_CHECKING:
@@ -103,13 +104,33 @@ def _are_predicted(parts: Sequence[Array], after: Array, left: Leftover) -> list
 def _are_discrepancies(terms: Sequence[Term], explained: Sequence[float]) -> list[bool]:
     """Say of each effect whether the others' laws, which are not exact, may leave as much as it explains.
 
+    An event is compared with other events, as far as it acts when they do: lasting effects' discrepancies are
+    noise to it when it is judged.
+
     Args:
         terms: The effects.
         explained: Share of the mismatch's square that each explains, of which a law may miss the square of
-            its declared discrepancy. What acts for a while only is compared there when it is judged.
+            its declared discrepancy.
     """
     missed = [term.discrepancy**2 * max(share, 0.0) for term, share in zip(terms, explained, strict=True)]
     return [
-        not term.is_local and share < sum(missed) - own
-        for term, share, own in zip(terms, explained, missed, strict=True)
+        share
+        < sum(
+            less * _meets(term, other) for other, less in zip(terms, missed, strict=True) if other is not term
+        )
+        for term, share in zip(terms, explained, strict=True)
     ]
+
+
+def _meets(term: Term, other: Term) -> float:
+    """Return the share of a term's intervals in which another one acts, too; 1 where it always acts."""
+    if not term.is_local:
+        return 1.0
+    meets = [
+        any(
+            start < until + EVENT_MARGIN and since < end + EVENT_MARGIN
+            for since, until in other.active_intervals
+        )
+        for start, end in term.active_intervals
+    ]
+    return sum(meets) / max(len(meets), 1)
