@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.answer.constancy import varying_sizes
 from omnimate.mismatch.answer.omnibus import leftover
 from omnimate.mismatch.candidates.terms import EVENT_MARGIN
 from omnimate.mismatch.evidence.search import NAMELESS_MARGIN
@@ -37,9 +36,8 @@ def surest_names(
     """Return the largest probability that each effect of the fit may have.
 
     A name is doubted where the fit does not explain the data; where what predicts the leftover, or the other
-    laws, which are not exact, may explain as much; where its size varies with the drive, as no law says; and
-    where it is a constant number on a component whose error varies. A push is doubted where events have a
-    name: it may be one more of them.
+    laws, which are not exact, may explain as much; and where it is a constant number on a component whose
+    error varies. A push is doubted where events have a name: it may be one more of them.
 
     Args:
         found: The best set, and its fit.
@@ -54,14 +52,12 @@ def surest_names(
     has_named_events = any(term.is_local and not term.is_unknown for term in terms)
     predicted = _are_predicted(parts, after, left)
     inexact = _are_discrepancies(terms, explained)
-    varies = varying_sizes(found.fit, parts, found.posterior.candidates.stretch)
     doubted = [
         has_named_events
         if term.is_unknown
         else residual >= MISFIT
         or predicted[number]
         or inexact[number]
-        or varies[number]
         or (term.is_calibrated and term.component in varying)
         for number, term in enumerate(terms)
     ]
