@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.mismatch.answer.omnibus import leftover
-from omnimate.mismatch.candidates.terms import EVENT_MARGIN
-from omnimate.mismatch.evidence.search import NAMELESS_MARGIN
+from omnimate.mismatch.evidence.search import NAMELESS_MARGIN, overlap
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -111,10 +110,8 @@ def _are_discrepancies(terms: Sequence[Term], explained: Sequence[float]) -> lis
     missed = [term.discrepancy**2 * max(share, 0.0) for term, share in zip(terms, explained, strict=True)]
     return [
         share
-        < sum(
-            less * _meets(term, other) for other, less in zip(terms, missed, strict=True) if other is not term
-        )
-        for term, share in zip(terms, explained, strict=True)
+        < sum(missed[other] * _meets(term, terms[other]) for other in range(len(terms)) if other != number)
+        for number, (term, share) in enumerate(zip(terms, explained, strict=True))
     ]
 
 
@@ -122,11 +119,5 @@ def _meets(term: Term, other: Term) -> float:
     """Return the share of a term's intervals in which another one acts, too; 1 where it always acts."""
     if not term.is_local:
         return 1.0
-    meets = [
-        any(
-            start < until + EVENT_MARGIN and since < end + EVENT_MARGIN
-            for since, until in other.active_intervals
-        )
-        for start, end in term.active_intervals
-    ]
+    meets = [overlap([interval], other.active_intervals) for interval in term.active_intervals]
     return sum(meets) / max(len(meets), 1)
