@@ -282,7 +282,7 @@ class Driver:
         assembler = self._monitor.assembler
         for node in assembler.take_silent():
             if assembler.never_answered(node):
-                self._monitor.never_answered(node, "check its PDO mapping and 1005h")
+                self._monitor.report_unanswered(node, "check its PDO mapping and 1005h")
             elif assembler.silence(node) >= GIVE_UP:
                 what = f"has not answered SYNC for {GIVE_UP:g} s: check its power and its cable"
                 self._monitor.trouble(what, node)

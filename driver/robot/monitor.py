@@ -89,13 +89,15 @@ class Monitor:
         self.events.add(now, node, what, is_problem=True)
         self.supervision.troubles.append(Trouble(now, None, what))
 
-    def never_answered(self, node: int, advice: str) -> None:
-        """Report a node of which no answer has entered a sample, with what to check where none has come."""
+    def report_unanswered(self, node: int, advice: str) -> None:
+        """Report a node of which no answer has entered a sample, with advice for where none has come."""
+        what = f"has never answered SYNC: {advice}"
         if self.assembler.is_late(node):
-            advice = "the SYNC period is too short for it, or this computer or its adapter too slow"
-            self.trouble(f"answers SYNC too late for every sample: {advice}", node)
-        else:
-            self.trouble(f"has never answered SYNC: {advice}", node)
+            what = (
+                "answers SYNC too late for every sample: "
+                "the SYNC period is too short for it, or this computer or its adapter too slow"
+            )
+        self.trouble(what, node)
 
     def synced(self, now: float) -> None:
         """Compare the traffic of each node with the number of SYNCs, once per SYNC at `now` [s]."""

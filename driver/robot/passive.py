@@ -172,7 +172,7 @@ class PassiveReader:
         supervision.troubles.clear()
         for node in self._monitor.assembler.take_silent():
             if self._monitor.assembler.never_answered(node):
-                self._monitor.never_answered(node, "check that it is there and started")
+                self._monitor.report_unanswered(node, "check that it is there and started")
         return sample
 
 

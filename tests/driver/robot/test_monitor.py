@@ -53,7 +53,7 @@ def test_a_node_of_which_no_answer_entered_a_sample_is_reported_by_its_cause(kit
         if comes_late:
             monitor.take(kit.frame(0x181, b"\x07\0\0\0"), 0.015 * number)
     assert monitor.assembler.never_answered(1)
-    monitor.never_answered(1, "check it")
+    monitor.report_unanswered(1, "check it")
     assert words in monitor.supervision.troubles[-1].what
 
 
