@@ -71,6 +71,8 @@ def _limit(memory: int | None, niceness: int) -> str:
     except ImportError:  # Windows has no such limits
         return "more memory than there is"
     memory = memory or int(MEMORY_SHARE * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    _, most = resource.getrlimit(resource.RLIMIT_DATA)  # what the service itself was given
+    memory = memory if most == resource.RLIM_INFINITY else min(memory, most)
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
     os.nice(niceness)
     return f"more than {memory / 1e6:.0f} MB of memory"

@@ -94,6 +94,17 @@ def test_a_job_that_takes_too_much_memory_fails_with_its_reason_and_is_not_tried
     assert (row.state, row.error) == ("failed", outcome["error"])
 
 
+def in_its_own_process(_report):
+    """Return the outcome of a job that a limited process starts."""
+    with running("diagnosis", niceness) as process:
+        return process.outcome(lambda _message: True)
+
+
+def test_a_job_runs_where_the_service_itself_may_take_less_memory_than_jobs():
+    with running("batch", in_its_own_process, memory=1_000_000_000, niceness=0) as process:
+        assert "niceness" in process.outcome(lambda _message: True)
+
+
 def test_a_job_gives_way_to_the_service():
     with running("diagnosis", niceness) as process:
         outcome = process.outcome(lambda _message: True)
