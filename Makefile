@@ -2,8 +2,8 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
-# What installs packages; the gate takes a quicker installer.
-INSTALL ?= $(BIN)/python -m pip install --quiet
+# What installs packages; the gate names a quicker one.
+INSTALL := $(BIN)/python -m pip install --quiet
 
 .PHONY: demo test test-all test-touched coverage lint types smoke check commits constraints bench docs clean
 
