@@ -7,6 +7,7 @@ import typer
 from omnimate.cli.main import run
 from studies.datasets.command import calibrate, importers, umbmark
 from studies.mismatch.command import prove
+from studies.mismatch.rules import rules
 from studies.papers.command import reproduce
 
 app = typer.Typer(
@@ -19,7 +20,7 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (reproduce, prove, calibrate, umbmark):
+for command in (reproduce, prove, rules, calibrate, umbmark):
     app.command()(command)
 app.add_typer(importers, name="import")
 

@@ -1,0 +1,56 @@
+"""`python -m studies rules`: the rules of the diagnosis are left out, one at a time."""
+
+import json
+from unittest.mock import patch
+
+import pytest
+
+from studies.mismatch.rules import RULES, WHOLE, table
+
+RIGHT = {"effect": "bump", "component": "a.left", "probability": 0.95, "alternatives": []}
+WRONG = {"effect": "latency", "component": "link", "probability": 0.95, "alternatives": []}
+TRUTH = {"effect": "bump", "component": "a.left", "acceptable": [], "intervals": [], "parameters": {}}
+
+
+def answer(*findings):
+    return {"verdict": "mismatch", "findings": list(findings), "fit": None}
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_every_rule_has_a_place_in_the_method(rule):
+    with patch(*RULES[rule]):
+        pass
+
+
+def test_a_rule_is_judged_by_the_answers_that_change_without_it():
+    labels = {name: {"kind": "single", "effects": [TRUTH]} for name in ("first", "second")}
+    whole = dict.fromkeys(labels, answer(RIGHT))
+    shown = table(labels, {WHOLE: whole, "trains of obstacles": {**whole, "second": answer(WRONG)}})
+    cells = {column.header: list(column.cells) for column in shown.columns}
+    assert cells["other names"] == ["0", "1"]
+    assert cells["one effect: right first"] == ["2/2", "1/2"]
+    assert cells["said 0.9 or more, and wrong"] == ["0/2", "1/2"]
+
+
+def test_a_rule_is_left_out_where_it_decides_and_nowhere_else(studies, tmp_path, monkeypatch):
+    asked = []
+
+    def answers(_ask, wanted, _jobs, _tell, _kept=None):
+        asked.extend(rule for rule, _ in wanted.values())
+        return dict.fromkeys(wanted, answer())
+
+    folder = tmp_path / "data" / "concealed"
+    folder.mkdir(parents=True)
+    healthy = {"kind": "null", "effects": [], "recordings": ["1"]}
+    (folder / "labels.json").write_text(json.dumps({"one": healthy, "two": healthy}))
+    monkeypatch.setattr("studies.mismatch.run.ask_all", answers)
+    rule = "overdispersion"
+    place = "--data", tmp_path / "data", "--out", tmp_path / "out"
+    assert "0/2" in studies("rules", "--world", "concealed", "--rule", rule, *place).out
+    assert asked == [WHOLE, WHOLE, rule, rule]
+
+
+def test_an_unknown_rule_is_refused_with_those_that_there_are(studies, tmp_path):
+    told = studies("rules", "--world", "unnamed", "--rule", "luck", "--out", tmp_path)
+    assert told.code == 1
+    assert "no rule luck; expected" in told.err
