@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimate.effects.block import LINKAGE, wheel_number
-from omnimate.effects.effect import WHEEL, Effect
+from omnimate.effects.effect import JOINT, LINK, POSES, WHEEL, Effect
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
@@ -91,3 +91,33 @@ class AgedSamples(Effect):
         distance = np.concatenate(([0.0], np.cumsum(block.travel[:, wheel])))
         shifted = np.interp(time + self.age(time, start), time, distance)
         return replace(block.with_travel(wheel, np.diff(shifted))), state
+
+
+@dataclass(frozen=True, slots=True)
+class Younger(AgedSamples):
+    """The opposite of an effect that ages samples: each is the value of as much later a time.
+
+    It is for whole recordings, in which later values are known.
+
+    Attributes:
+        than: The effect.
+    """
+
+    than: AgedSamples
+
+    name = "younger"
+    stage = "reading"
+    components = (*WHEEL, *JOINT, *LINK, *POSES)
+    parameters = ()
+
+    def age(self, time: Array, start: float) -> Array:
+        """Return the age of samples [s], which is negative."""
+        return -self.than.age(time, start)
+
+    def _shown(
+        self, block: Block, value: Array, before: float, state: History | None
+    ) -> tuple[Array, History]:
+        start = float(block.time[0] - block.period[0])
+        time, values = np.concatenate(([start], block.time)), np.concatenate(([before], value))
+        shown = np.interp(block.time - self.age(block.time, start), time, values)
+        return shown, state or History(start, time, values, float(shown[-1]))

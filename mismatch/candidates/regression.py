@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.ageing import AgedSamples, Younger
 from omnimate.mismatch.noise.levels import filter_of
 from omnimate.mismatch.noise.whitening import adjoint
 from omnimate.mismatch.recording.response import brief_column, column, data, response
@@ -154,13 +155,16 @@ class Regression:
     def use_secant(self, place: slice, effect: Effect, size: float) -> None:
         """Replace the column of an effect of the base by the secant from none of it, instead of the slope.
 
-        Effects with a threshold, such as backlash, are not linear in their size.
+        Effects with a threshold, such as backlash, are not linear in their size. A delay is, and its slope is
+        free of rounding; see `_column`.
 
         Args:
             place: Of the column.
             effect: Of the base.
             size: Coefficient of the column that makes the effect.
         """
+        if isinstance(effect, AgedSamples):
+            return
         others = [other for other in self.base if other is not effect]
         raw = []
         for base, windows in zip(self.responses, self.windows, strict=True):
@@ -196,7 +200,14 @@ class Regression:
         during = probe.acts_during(windows.signals.block)
         if during is not None:
             return brief_column(windows, self.base, probe, size, during)
-        return column(self.responses[number], response(windows, [*self.base, probe]), size)
+        changed = response(windows, [*self.base, probe])
+        if isinstance(probe, AgedSamples):
+            # A difference to one side would hold the rounding of the samples themselves, which are also in
+            # the data: delays of all channels at once would seem to explain rounding.
+            return column(
+                response(windows, [*self.base, Younger(probe.component, probe)]), changed, 2.0 * size
+            )
+        return column(self.responses[number], changed, size)
 
     def add(self, terms: Sequence[Term], *, keep: bool = True) -> list[slice]:
         """Add the columns of terms; return where each one's columns are.

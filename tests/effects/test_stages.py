@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.effects import EFFECTS, effect_named
+from omnimate.effects.ageing import Younger
 from omnimate.effects.effect import STAGES
 from omnimate.effects.stages import by_stage, replay
 
@@ -33,6 +34,26 @@ def test_samples_of_a_wheel_age_at_the_encoder_and_those_of_poses_outside():
     latency = effect_named("latency")
     stages = [latency(component).acts_at() for component in ("a.left", "joint_a", "link", "poses")]
     assert stages == ["encoder", "reading", "reading", "poses"]
+
+
+def test_younger_samples_are_those_of_as_much_later_a_time(block):
+    for component, signal, column in (
+        ("joint_a", "reading", 0),
+        ("link", "reading", 2),
+        ("a.left", "travel", 0),
+    ):
+        older = effect_named("latency")(component, delay=0.03)  # two periods
+        early, late = (
+            getattr(replay(block, [each]), signal)[:, column] for each in (Younger(component, older), older)
+        )
+        inside = slice(4, -4)
+        shift = -2 if signal == "travel" else 2  # a wheel's true travel is before an old count of it
+        np.testing.assert_allclose(
+            np.roll(late, -shift)[inside], getattr(block, signal)[inside, column], atol=1e-12
+        )
+        np.testing.assert_allclose(
+            np.roll(early, shift)[inside], getattr(block, signal)[inside, column], atol=1e-12
+        )
 
 
 @given(order=st.permutations(DIFFERENT))
