@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from omnimate.service.errors import StateError, UnavailableError
+from omnimate.service.umbmark.sessions import LEASE
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ class Reservation:
         self.lap: Direction | None = None
         self.stop_reason: str | None = None
         self._lock = threading.Lock()
-        self._last_contact = 0.0
+        self._last_contact = self._last_lease = 0.0
 
     def reserve(self, session: str) -> None:
         """Reserve the robot for a session that is going to be driven; nothing moves yet.
@@ -80,17 +81,18 @@ class Reservation:
     def begin(self, order: DriveOrder) -> None:
         """Have the robot drive, if it is still reserved for the order's session."""
         with self._lock:
-            self._last_contact = time.monotonic()
+            self._last_contact = self._last_lease = time.monotonic()
             if self.session == order.session:
                 self.order = order
 
-    def stop(self, reason: str) -> None:
+    def stop(self, reason: str, session: str | None = None) -> None:
         """Stop the robot at the next sample; a session that has not begun is stopped before it moves.
 
-        Without a session nothing moves, and a later session is not stopped.
+        Without a session nothing moves, and a later session is not stopped. With the id of a session, only
+        this one is stopped.
         """
         with self._lock:
-            if self.session is not None:
+            if self.session is not None and session in (None, self.session):
                 self.stop_reason = reason
 
     def end(self) -> str | None:
@@ -105,15 +107,24 @@ class Reservation:
         if session is None or session == self.session:
             self._last_contact = time.monotonic()
 
+    def note_lease(self) -> None:
+        """Note that the lease of the session that is driven was renewed just now."""
+        self._last_lease = time.monotonic()
+
     def require_wanted(self, order: DriveOrder) -> None:
         """Check that the robot may go on.
 
         Raises:
-            StoppedError: the robot was stopped, or no client asked for the session in time.
+            StoppedError: the robot was stopped, no client asked for the session in time, or its lease ended.
         """
         if self.stop_reason is not None:
             raise StoppedError(self.stop_reason)
-        silence = time.monotonic() - self._last_contact
+        now = time.monotonic()
+        if now - self._last_lease > LEASE:
+            raise StoppedError(
+                f"the database took no note of the session for {LEASE:g} s; the robot was stopped"
+            )
+        silence = now - self._last_contact
         if order.lifeline is not None and silence > order.lifeline:
             raise StoppedError(
                 f"no client asked for the session for {order.lifeline:g} s; the robot was stopped"

@@ -73,14 +73,23 @@ class RobotThread:
         self._reloading.set()
 
     def _renew_leases(self) -> None:
-        """Renew the lease of the session that is driven, even while the robot's thread is busy."""
         while not self._ending.wait(RENEW_PERIOD):
-            session = self.reservation.session
-            if session is not None:
-                try:
-                    self._reporter.renew(session)
-                except Exception:  # noqa: BLE001  # another service may take the session; this one must go on
-                    _log.exception("the lease of session %s was not renewed", session)
+            self.renew_lease()
+
+    def renew_lease(self) -> None:
+        """Renew the lease of the session that is driven, even while the robot's thread is busy.
+
+        The robot stops where the session is not this service's any more.
+        """
+        order = self.reservation.order
+        if order is not None:
+            try:
+                if self._reporter.renew(order.session):
+                    self.reservation.note_lease()
+                else:
+                    self.reservation.stop("the session is over, or driven by another service", order.session)
+            except Exception:  # noqa: BLE001  # the database may be away; the robot stops when the lease ends
+                _log.exception("the lease of session %s was not renewed", order.session)
 
     def _run(self) -> None:
         while not self._ending.is_set():
@@ -101,7 +110,10 @@ class RobotThread:
         self.reservation.problem = problem
         session = self.reservation.end()
         if session is not None:
-            self._reporter.interrupted(session, problem)
+            try:
+                self._reporter.interrupted(session, problem)
+            except Exception:  # noqa: BLE001  # the database may be away; the session's lease ends then
+                _log.exception("it was not noted that session %s is interrupted", session)
         self.observer.publish_problem()
         self._ending.wait(RETRY_PERIOD)
 

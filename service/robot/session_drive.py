@@ -56,7 +56,8 @@ class SessionDriver:
     def run(self, connection: RobotConnection, order: DriveOrder) -> None:
         """Drive the squares that the session still wants; what stops this interrupts the session.
 
-        The robot is free before the session is seen to be over, so that a client may resume it at once.
+        The robot is free before the session is seen to be over, so that a client may resume it at once. After
+        an unexpected error it stands, and is still reserved: the caller ends the reservation.
         """
         driver = connection.driver
         problem: str | None = None
@@ -72,7 +73,7 @@ class SessionDriver:
         finally:
             connection.set_pace(1.0)
             driver.drives.disable()
-            self.reservation.end()
+        self.reservation.end()
         if problem is not None:
             self.reporter.interrupted(order.session, problem)
         elif all_driven:

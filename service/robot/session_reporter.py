@@ -108,12 +108,14 @@ class SessionReporter:
         """Note that driving has ended before all runs were driven."""
         self._end(session, "interrupted", f"interrupted: {reason}"[:1000])
 
-    def renew(self, session: str) -> None:
-        """Note that this service still drives for the session."""
+    def renew(self, session: str) -> bool:
+        """Note that this service still drives for the session; return whether it does."""
         with self._database.writing() as db:
             row = find_row(db, SessionRow, session, for_change=True)
-            if drives_for(row, self._instance):
+            is_ours = drives_for(row, self._instance)
+            if is_ours:
                 renew_lease(row)
+        return is_ours
 
     def announce(self, session: str) -> None:
         """Publish that a session has changed."""

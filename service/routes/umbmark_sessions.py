@@ -145,9 +145,7 @@ def resume(session_id: SessionId, call: Operating) -> Response:
 )
 def abort(session_id: SessionId, call: Operating) -> Response:
     """End a session. A robot that drives for this session stops."""
-    reservation = call.components.robot.reservation
-    if reservation.session == session_id:
-        reservation.stop("the session was aborted")
+    call.components.robot.reservation.stop("the session was aborted", session_id)
 
     def act(db: Db) -> Answer:
         row = session_for(db, session_id, "abort")

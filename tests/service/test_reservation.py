@@ -95,6 +95,7 @@ def test_the_robot_goes_on_as_long_as_a_client_asks_for_its_session(reservation,
     now["now"] += 29.0
     reservation.note_client(session)
     now["now"] += 2.0
+    reservation.note_lease()
     if goes_on:
         reservation.require_wanted(ORDER)
     else:
@@ -107,4 +108,24 @@ def test_without_a_lifeline_it_goes_on_for_ever(reservation, now):
     reservation.reserve("first")
     reservation.begin(order)
     now["now"] += 1e9
+    reservation.note_lease()
     reservation.require_wanted(order)
+
+
+def test_it_stops_when_its_lease_is_not_renewed(reservation, now):
+    reservation.reserve("first")
+    reservation.begin(ORDER)
+    now["now"] += 9.0
+    reservation.note_lease()
+    now["now"] += 9.0
+    reservation.require_wanted(ORDER)
+    now["now"] += 2.0
+    with pytest.raises(StoppedError, match="no note of the session for 10 s"):
+        reservation.require_wanted(ORDER)
+
+
+@pytest.mark.parametrize(("session", "reason"), [("first", "aborted"), ("another", None)])
+def test_a_stop_of_one_session_stops_no_other(reservation, session, reason):
+    reservation.reserve("first")
+    reservation.stop("aborted", session)
+    assert reservation.stop_reason == reason
