@@ -97,16 +97,19 @@ def caller_of(db: Session, authorization: str | None, *, keyless_allowed: bool) 
 
 
 class Callers:
-    """The callers of the last second, who need not be looked up; a revoked key works for that long."""
+    """The callers since the start; those of the last second need not be looked up in the database.
+
+    A revoked key works for that long, and to stop the robot until its next other call.
+    """
 
     def __init__(self, *, keyless_allowed: bool) -> None:
         self._keyless_allowed = keyless_allowed
         self._remembered: dict[str | None, tuple[Caller, float]] = {}
 
-    def remembered(self, authorization: str | None) -> Caller | None:
-        """Return who called with this Authorization header within the last second."""
-        caller, until = self._remembered.get(authorization, (None, 0.0))
-        return caller if time.monotonic() < until else None
+    def remembered(self, authorization: str | None, age: float = REMEMBERED_TIME) -> Caller | None:
+        """Return who was identified by this Authorization header at most `age` [s] ago."""
+        caller, at = self._remembered.get(authorization, (None, 0.0))
+        return caller if time.monotonic() < at + age else None
 
     def identify(self, database: Database, authorization: str | None) -> Caller:
         """Return who calls, by the keys in the database.
@@ -114,11 +117,15 @@ class Callers:
         Raises:
             AuthenticationError: the key is missing, unknown or revoked.
         """
-        with database.reading() as db:
-            caller = caller_of(db, authorization, keyless_allowed=self._keyless_allowed)
+        try:
+            with database.reading() as db:
+                caller = caller_of(db, authorization, keyless_allowed=self._keyless_allowed)
+        except AuthenticationError:
+            self._remembered.pop(authorization, None)
+            raise
         if len(self._remembered) > REMEMBERED_CALLERS:
             self._remembered.clear()
-        self._remembered[authorization] = caller, time.monotonic() + REMEMBERED_TIME
+        self._remembered[authorization] = caller, time.monotonic()
         return caller
 
 

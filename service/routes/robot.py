@@ -13,7 +13,7 @@ from fastapi.responses import PlainTextResponse, Response, StreamingResponse
 from pydantic import BaseModel
 
 from omnimate.driver.robot.report import DriverReport
-from omnimate.service.calls import Reading
+from omnimate.service.calls import Reading, Stopping
 from omnimate.service.components import Components
 from omnimate.service.robot.faults import open_rmf, vda5050
 from omnimate.service.robot.observer import nodes_event
@@ -64,7 +64,7 @@ async def robot(call: Reading) -> Robot:
 
 
 @router.post("/robot/stop", operation_id="stopRobot")
-async def stop(call: Reading) -> Done:
+async def stop(call: Stopping) -> Done:
     """Stop the wheels at the next sample. A session that is driven is interrupted. Every key may stop."""
     call.components.robot.reservation.stop("a client stopped the robot")
     return Done(done="the robot stops")

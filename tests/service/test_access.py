@@ -1,9 +1,14 @@
 """Who may do what: API keys, their roles, and a service without a key."""
 
+from types import SimpleNamespace
+
 import pytest
+from sqlalchemy.exc import OperationalError
 
 from omnimate.cli.serve import NoKeyError, _listen
+from omnimate.service import access
 from omnimate.service.access import add_key, revoke_key
+from omnimate.service.errors import AuthenticationError
 from omnimate.service.settings import Settings
 
 
@@ -58,6 +63,32 @@ def test_a_revoked_key_is_refused_and_does_not_make_keys_unnecessary(locked):
     answer = locked.get("/v1/vehicles", headers=bearer(key))
     assert (answer.status_code, "revoked" in answer.json()["detail"]) == (401, True)
     assert locked.get("/v1/vehicles").status_code == 401
+
+
+def test_a_known_key_stops_the_robot_while_the_database_is_away(locked, monkeypatch):
+    known, unknown = bearer(locked.keys["read"]), bearer(locked.keys["operate"])
+    assert locked.get("/v1/vehicles", headers=known).status_code == 200
+
+    def refuse(*_arguments, **_options):
+        raise OperationalError("", {}, OSError("the database is away"))
+
+    monkeypatch.setattr(access, "caller_of", refuse)
+    later = access.time.monotonic() + 3600.0
+    monkeypatch.setattr(access, "time", SimpleNamespace(monotonic=lambda: later))
+    assert locked.get("/v1/robot", headers=known).status_code == 503
+    assert locked.post("/v1/robot/stop", headers=known).status_code == 200
+    assert locked.post("/v1/robot/stop", headers=unknown).status_code == 503
+
+
+def test_a_revoked_key_stops_nothing_once_it_was_refused(locked):
+    key = bearer(locked.keys["read"])
+    callers, database = locked.components.callers, locked.components.database
+    assert locked.get("/v1/vehicles", headers=key).status_code == 200
+    with database.writing() as db:
+        revoke_key(db, locked.keys["read"].split("_")[1])
+    with pytest.raises(AuthenticationError):
+        callers.identify(database, key["Authorization"])
+    assert locked.post("/v1/robot/stop", headers=key).status_code == 401
 
 
 def test_secrets_are_not_kept(locked):

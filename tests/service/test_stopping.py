@@ -1,7 +1,7 @@
 """After a stop no wheel turns until somebody starts again, and the session says so, whatever happens when.
 
-The service's own thread drives the robot, and the clients are the test's thread. One of the two runs at a time,
-and time is counted in samples, so that each interleaving repeats exactly.
+The service's own thread drives the robot, and the clients are the test's thread. One of the two runs at a
+time, and time is counted in samples, so that each interleaving repeats exactly.
 """
 
 import asyncio
@@ -68,7 +68,7 @@ class Later(Future):
         if self._polls == 2:
             try:
                 self.set_result(self._call(*self._arguments))
-            except Exception as error:  # as an executor does
+            except Exception as error:  # noqa: BLE001  # as an executor does
                 self.set_exception(error)
         return self._polls > 2
 
@@ -255,7 +255,7 @@ class Stopping(RuleBasedStateMachine):
         return True
 
     def drive(self, route, argument, at_reserve, before_begin):
-        """Start or resume; a stop may come after the reservation, and samples or a stop before the beginning."""
+        """Start or resume; a stop may come after the reservation, samples or a stop before the beginning."""
         may_drive = self.robot.stopped_at
         reserve, begin = self.reservation.reserve, self.reservation.begin
         stopped = []
