@@ -39,6 +39,11 @@ class EventStream:
         return len(self._clients)
 
     @property
+    def has_readers(self) -> bool:
+        """Whether a client reads what is sent; one whose network is gone stays until TCP gives it up."""
+        return not all(client.full() for client in tuple(self._clients))
+
+    @property
     def is_closed(self) -> bool:
         """Whether the service is ending."""
         return self._closed

@@ -108,7 +108,7 @@ class SessionDriver:
 
     def _check(self, order: DriveOrder) -> None:
         """Check that the robot may go on; StoppedError where it may not."""
-        if self.events.listeners:
+        if self.events.has_readers:
             self.reservation.note_client()
         self.reservation.require_wanted(order)
 

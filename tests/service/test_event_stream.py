@@ -105,3 +105,22 @@ def test_a_client_that_does_not_read_loses_the_oldest_events():
 
     first, rest = asyncio.run(run())
     assert (first, rest[-1]) == (b"10", str(QUEUED_EVENTS + 9).encode())
+
+
+def test_a_client_that_reads_no_more_is_no_reader():
+    async def run():
+        stream = EventStream()
+        assert not stream.has_readers
+        client = stream.listen()
+        first = asyncio.create_task(anext(client))
+        await asyncio.sleep(0)  # the client listens
+        for _ in range(QUEUED_EVENTS - 1):
+            stream._send(b"event")
+        assert (await first, stream.has_readers) == (b"event", True)
+        for _ in range(2):
+            stream._send(b"event")
+        assert (stream.listeners, stream.has_readers) == (1, False)
+        await anext(client)
+        assert stream.has_readers
+
+    asyncio.run(run())
