@@ -7,6 +7,9 @@ CANOPENNODE names its sources (CONTRIBUTING.md), on a virtual bus whose time is 
 work takes none. Each cause happens at many moments of SYNC and heartbeat. The time ends when zero velocity
 has been sent to all four drives.
 
+Where the driver is gone (its process, its machine, its cable), the drives have to stop by themselves. These
+are simulated ones (`vcan_sim`), and SYNCs of another producer make their time pass.
+
 Usage: python -m studies.speed.stopping_times [LocalNode | CANopenNode]
 """
 
@@ -19,12 +22,21 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import can
+
+from omnimate.driver.bus.clock import SyncClock
 from omnimate.driver.errors import DrivesStopped
 from omnimate.driver.robot.driver import Driver
 from omnimate.motion import drive as motion
 from omnimate.motion.journal import Journal
 from omnimate.motion.paths import out_and_back
 from omnimate.motion.runner import Runner
+from omnimate.vcan_sim.coupled_bus import CoupledBus
+from omnimate.vcan_sim.nodes.device import SYNC_ID
+from omnimate.vcan_sim.nodes.drive import DriveDevice
+from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.truth import Truth
 from studies.benchmark import options
 from tests.foreign import robots
 from tests.foreign.bench import Bench, BenchClock
@@ -109,6 +121,34 @@ def standing_time(status: str | None, phase: float) -> float:
     return (zeros[3] - began) * 1e3
 
 
+def watchdog_times(syncs: int) -> tuple[float, float]:
+    """Return the times from the driver's end until no drive has a command, and until all wheels stand [ms].
+
+    Args:
+        syncs: Number of SYNCs for which the driver commands the wheels before it ends.
+    """
+    vehicle = reference_vehicle()
+    period = vehicle.bus.sync_period
+    bus = CoupledBus(vehicle, Plant(Truth(vehicle, seed=1), vehicle))
+    driver = Driver(vehicle, bus, clock=SyncClock(period))
+    driver.configure()
+    driver.enable()
+    for _ in range(syncs):
+        driver.command((SPEED,) * 4)
+        driver.cycle()
+    drives = [device for device in bus.simulated.devices.values() if isinstance(device, DriveDevice)]
+    began = bus.simulated.time
+    sync, dropped = can.Message(arbitration_id=SYNC_ID, is_extended_id=False), None
+    while any(drive.velocity for drive in drives):
+        bus.send(sync)
+        if dropped is None and not any(drive.store[0x60FF, 0] for drive in drives):
+            dropped = bus.simulated.time
+    assert dropped is not None, "the wheels came to rest with a command"
+    stood = bus.simulated.time
+    bus.shutdown()
+    return (dropped - began) * 1e3, (stood - began) * 1e3
+
+
 def main() -> int:
     if options(__doc__, {"family": "LocalNode"}).family == "CANopenNode":
         if missing := nodes.what_is_missing():
@@ -134,6 +174,9 @@ def main() -> int:
         slowest = max(slowest, *times)
     print(line)
     time.monotonic, time.sleep = clocks
+    dropped, stood = zip(*(watchdog_times(60 + syncs) for syncs in range(MOMENTS)), strict=True)
+    print(f"{'driver gone: command dropped':34}{statistics.median(dropped):>13.0f}{max(dropped):>7.0f}")
+    print(f"{'driver gone: all wheels stand':34}{statistics.median(stood):>13.0f}{max(stood):>7.0f}")
     print(f"slowest, without the declared time of a standing wheel: {slowest:.0f} ms (wanted: {TARGET:g})")
     return 0 if slowest <= TARGET else 1
 
