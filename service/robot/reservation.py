@@ -78,12 +78,13 @@ class Reservation:
             if self.session == session and self.order is None:
                 self.session = self.stop_reason = None
 
-    def begin(self, order: DriveOrder) -> None:
-        """Have the robot drive, if it is still reserved for the order's session."""
+    def begin(self, order: DriveOrder) -> bool:
+        """Have the robot drive, if it is still reserved for the order's session; return whether it is."""
         with self._lock:
             self._last_contact = self._last_lease = time.monotonic()
             if self.session == order.session:
                 self.order = order
+            return self.order is order
 
     def stop(self, reason: str, session: str | None = None) -> None:
         """Stop the robot at the next sample; a session that has not begun is stopped before it moves.

@@ -79,8 +79,12 @@ class SessionDrives:
                 reservation.release(order.session)
             raise
         for order in self._orders:
-            reservation.begin(order)
-            self._components.reporter.announce(order.session)
+            if reservation.begin(order):
+                self._components.reporter.announce(order.session)
+            else:
+                self._components.reporter.interrupted(
+                    order.session, "the robot was lost before it began to drive"
+                )
         return response
 
 

@@ -48,8 +48,9 @@ def test_a_stop_before_the_first_sample_of_a_drive_is_not_lost(standing, started
     begin = reservation.begin
 
     def begin_and_stop(order):
-        begin(order)
+        begun = begin(order)
         reservation.stop("stopped at once")
+        return begun
 
     monkeypatch.setattr(reservation, "begin", begin_and_stop)
     path = started(standing, **DRIVE)
