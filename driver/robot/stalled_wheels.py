@@ -51,8 +51,8 @@ class StallDetector:
     """Compares each wheel with its command, or with the other wheel of its truck where there is none.
 
     A wheel has stalled when its count has not changed for `STALL_TIME`, and its command, all that time in the
-    same direction, would have moved it by `MIN_TRAVEL` or `MIN_COUNTS`. A sample without its count
-    restarts the timer.
+    same direction, would have moved it by `MIN_TRAVEL` or `MIN_COUNTS`. A sample without its count restarts
+    the timer; without a command so does one without the other count, whose travel comes at once after it.
 
     Args:
         vehicle: Vehicle whose wheels are compared.
@@ -89,12 +89,13 @@ class StallDetector:
 def _has_stalled(wheel: _Wheel, last: Sample, sample: Sample, speed: float | None) -> bool:
     """Take one sample of a wheel; return whether the wheel has stalled."""
     count = sample.counts[wheel.column]
+    is_read = sample.present[wheel.column] and last.present[wheel.column]
     if speed is None:
+        is_read = is_read and sample.present[wheel.other] and last.present[wheel.other]
         travel = (sample.counts[wheel.other] - last.counts[wheel.other]) * wheel.other_scale
     else:
         travel = speed * wheel.radius * (sample.time - last.time)
     turned_back = travel * wheel.expected < 0.0
-    is_read = sample.present[wheel.column] and last.present[wheel.column]
     is_commanded_to_stand = speed == 0.0
     if wheel.since is None or not is_read or count != wheel.count or turned_back or is_commanded_to_stand:
         wheel.since, wheel.count, wheel.expected = sample.time, count, 0.0

@@ -39,6 +39,16 @@ def test_a_wheel_that_was_not_read_is_not_called_frozen(kit):
     assert drive(kit, (0, 100), present=(False, True)) == set()
 
 
+def test_travel_of_the_other_wheel_in_a_gap_of_its_own_does_not_count_as_travel_after_it(kit):
+    """Both wheels move until 0.3 s and stand from then on; the other one is not read in between."""
+    watch, found = StallDetector(kit.one_truck()), []
+    for index in range(120):
+        is_read, moved = not 10 <= index < 90, 100 * min(index, 30)
+        counts = (moved, moved if is_read else 900)
+        found += watch.check(Sample(index, 0.01 * index, counts, (True, is_read), NAN, NAN), None)
+    assert found == []
+
+
 def test_a_command_that_changes_its_direction_is_no_reason_to_move(kit):
     watch = StallDetector(kit.one_truck())
     for index in range(400):
