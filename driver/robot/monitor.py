@@ -123,6 +123,7 @@ class Monitor:
         """Take a frame of a CANopen service of one of the vehicle's nodes; return False where it is none."""
         function, node = can_id & ~0x7F, can_id & 0x7F
         if can_id in self.status_words.fields:
+            self._flooding.note(can_id)
             self.status_words.pdo(can_id, data, self._clock.now())
             return True
         if node not in self.counts or function not in {EMCY, SDO_ANSWER, HEARTBEAT}:

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.driver.robot.monitor import Monitor
+from omnimate.driver.robot.status_words import StatusSource
 
 
 @pytest.fixture
@@ -70,6 +71,19 @@ def test_what_another_master_may_send_is_not_unknown(kit, monitor):
     monitor.take(kit.frame(0x601, bytes(8)), 0.0)
     monitor.take(kit.frame(0x602, bytes(8)), 0.0)
     assert set(monitor.unknown.kinds) == {"602h"}
+
+
+def test_a_drive_that_floods_the_bus_with_its_status_word_is_reported(kit):
+    drives = (kit.drive("a.left", 17), kit.drive("a.right", 18))
+    monitor = Monitor(kit.one_truck(drives=drives), kit.Clock())
+    monitor.status_words.expect(StatusSource(17, ((0x191, 0),), is_timely=True))
+    for number in range(100):
+        monitor.synced(0.01 * number)
+        for _ in range(10):
+            monitor.take(kit.frame(0x191, b"\x37\x02"), 0.01 * number)
+    assert [(event.node, event.what) for event in monitor.events.all()] == [
+        (17, "babbles: floods the bus with frames 191h")
+    ]
 
 
 messages = st.builds(
