@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import can
 
@@ -43,7 +43,10 @@ class _VehicleEnd(can.BusABC):
 
 
 class CoupledBus(can.BusABC):
-    """The master's end of a simulated vehicle's bus, on the clock of its SYNCs; for one thread.
+    """The master's end of a simulated vehicle's bus, for one thread.
+
+    On the clock "sync" the vehicle does all it has to do within `send`; on the clock "wall" it also needs
+    `simulated.poll()` when a timer ends (`simulated.wait`).
 
     Attributes:
         simulated: Simulated vehicle at the other end of the bus.
@@ -55,6 +58,7 @@ class CoupledBus(can.BusABC):
         plant: Plant,
         faults: Iterable[DeviceFault] = (),
         wheel_speeds: Callable[[SimulatedVehicle], Sequence[float]] | None = None,
+        clock: Literal["sync", "wall"] = "sync",
     ) -> None:
         """Build the vehicle; its boot-up messages wait to be received.
 
@@ -63,7 +67,7 @@ class CoupledBus(can.BusABC):
             FaultError: A fault is of a node that the vehicle does not have.
         """
         self._end = _VehicleEnd()
-        self.simulated = SimulatedVehicle(vehicle, plant, self._end, "sync", faults, wheel_speeds)
+        self.simulated = SimulatedVehicle(vehicle, plant, self._end, clock, faults, wheel_speeds)
         self.channel_info = f"simulated vehicle {vehicle.name}"
         super().__init__(channel="coupled")
 
