@@ -6,13 +6,15 @@ import typer
 
 from omnimate.cli.main import run
 from studies.datasets.command import calibrate, importers, umbmark
+from studies.faults.command import faults
 from studies.mismatch.command import prove
 from studies.mismatch.rules import rules
 from studies.papers.command import reproduce
 
 app = typer.Typer(
     name="studies",
-    help="Studies of the project: the papers reproduced, the mismatch tool proven, public data sets. "
+    help="Studies of the project: the papers reproduced, the mismatch tool proven, the driver under faults, "
+    "public data sets. "
     "Benchmarks are modules of their own, `python -m studies.speed.NAME`; studies/README.md lists them all.",
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -20,7 +22,7 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (reproduce, prove, rules, calibrate, umbmark):
+for command in (reproduce, prove, rules, faults, calibrate, umbmark):
     app.command()(command)
 app.add_typer(importers, name="import")
 
