@@ -248,6 +248,10 @@ class Drives:
             if trouble.has_restarted or trouble.node is None or number >= older.get(trouble.node, 0)
         ]
 
+    def _forget_restarts(self, node: int) -> None:
+        troubles = self._supervision.troubles
+        troubles[:] = [trouble for trouble in troubles if trouble.node != node or not trouble.has_restarted]
+
     def _limit(self, speeds: Sequence[float]) -> tuple[float, ...]:
         limit = self._vehicle.limits.speed
         fastest = max(abs(speed) * radius for speed, radius in zip(speeds, self._radii, strict=True))
@@ -275,17 +279,26 @@ class Drives:
     def _configure(self, drive: Drive) -> tuple[NodeConfiguration, StatusSource]:
         """Configure a drive's node and start it; return what was changed, and where its status word is."""
         sdo = self._sdo_of(drive.node)
+
+        def interrupt(command: int, node: int) -> None:
+            """Send an NMT command; what the drive reported of its state before has no meaning any more."""
+            self._supervision.interrupted(node)
+            if all(encoder.node != node for encoder in self._vehicle.encoders):
+                self._forget_restarts(node)
+            self._network.nmt_command(command, node)
+
         configuration, source, self._pdos[drive.node] = configure_drive(
             sdo,
             drive,
             self._driver_node,
             {encoder.cob_id for encoder in self._vehicle.encoders},
             self._vehicle.bus.sync_period,
-            self._network.nmt_command,
+            interrupt,
         )
         self._status_words.expect(source)
         self._network.nmt_command(NMT_START, drive.node)
         self._supervision.started(drive.node, configuration.heartbeat)
+        self._supervision.check_boots(drive.node, self._network.clock.now())
         return configuration, source
 
     def _enable(self, node: int) -> float:

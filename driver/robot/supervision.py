@@ -28,6 +28,7 @@ class NodeState:
         timeout: Time after which its heartbeat is lost [s]; None where it has none.
         last_heartbeat: Time of its last heartbeat [s]; None before the first, from which on it is supervised.
         is_lost: Whether its heartbeat is overdue.
+        known_boots: Boot-up frames received before the driver last took it out of operation.
         is_running: Whether it was started, so that any other state than operational is a loss.
         wrong_states: Heartbeats in a row with another state than operational.
         heartbeats: Number of heartbeats received.
@@ -46,6 +47,7 @@ class NodeState:
     heartbeats: int = 0
     emergencies: int = 0
     boots: int = 0
+    known_boots: int = 0
     restarts: int = 0
 
 
@@ -71,6 +73,17 @@ class Supervision:
         state = self.nodes[node]
         state.is_running, state.wrong_states, state.last_heartbeat = True, 0, None
         state.timeout = None if not heartbeat else LOST_AFTER * heartbeat
+
+    def interrupted(self, node: int) -> None:
+        """Expect that a node leaves operation from now on, because the driver configures it."""
+        state = self.nodes[node]
+        state.is_running, state.known_boots = False, state.boots
+
+    def check_boots(self, node: int, now: float) -> None:
+        """Report at `now` [s] a node that has booted since `interrupted`, though it was started again."""
+        state = self.nodes[node]
+        if state.boots != state.known_boots:
+            self._restarted(state, now, "restarted (boot-up) while it was configured")
 
     def heartbeat(self, node: int, data: bytes | bytearray, now: float) -> bool:
         """Take a heartbeat or boot-up frame at `now` [s]; return False where its length is impossible."""

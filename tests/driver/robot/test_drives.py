@@ -65,6 +65,51 @@ def test_a_drive_that_stays_in_a_state_is_an_error_with_its_status(robot):
         driver.command((0.0, 0.0))
 
 
+def test_a_restart_before_a_drive_is_configured_does_not_stop_what_is_enabled_then(kit, robot):
+    driver, bus = robot
+    driver.enable()
+    driver.cycle()
+    bus.queue.append(kit.frame(0x711, b"\0"))
+    driver.enable()
+    driver.cycle()
+    assert driver.command((1.0, 1.0)) == (1.0, 1.0)
+    assert (17, "restarted (boot-up)") in [(event.node, event.what) for event in driver.report().events]
+
+
+def test_a_drive_that_the_driver_makes_pre_operational_has_lost_nothing(kit, robot):
+    driver, bus = robot
+    driver.enable()
+    bus.devices[17].objects[0x1017, 0][0] = 0
+    bus.devices[17].objects[0x1016, 1][0] = 0
+    on_write = bus.devices[17].on_write
+
+    def write(index, sub, value):
+        if index < 0x2000:  # of the communication profile: heartbeats while it is configured
+            bus.queue.append(kit.frame(0x711, b"\x7f"))
+        on_write(index, sub, value)
+
+    bus.devices[17].on_write = write
+    driver.enable()
+    driver.cycle()
+    assert driver.command((1.0, 1.0)) == (1.0, 1.0)
+
+
+def test_a_restart_in_the_middle_of_its_configuration_stops_all(kit, robot):
+    driver, bus = robot
+    on_write = bus.devices[17].on_write
+
+    def write(index, sub, value):
+        if index == 0x1016:
+            bus.queue.append(kit.frame(0x711, b"\0"))
+        on_write(index, sub, value)
+
+    bus.devices[17].on_write = write
+    driver.enable()
+    driver.cycle()
+    with pytest.raises(DrivesStopped, match="while it was configured"):
+        driver.command((1.0, 1.0))
+
+
 @pytest.mark.usefixtures("_impatient")
 def test_a_missing_drive_is_named(robot):
     driver, bus = robot
