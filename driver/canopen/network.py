@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 # [s] in which a full queue (ENOBUFS; ten frames are SocketCAN's default) has long been sent at 125 kbit/s,
 # and between two looks. Where nothing acknowledges frames, or after bus-off, it stays full.
 QUEUE_TIME, QUEUE_STEP = 0.03, 0.0005
+LONGEST_WAIT = 0.05  # [s] for one frame, where something is due while an answer is awaited
 
 # What canopen logs is raised here as an error of the driver, with the node and the words.
 logging.getLogger("canopen").addHandler(logging.NullHandler())
@@ -58,6 +59,7 @@ class BusNetwork(Network):
         clock: The recording's clock.
         recorder: Gets every frame that is sent or received; None for none.
         handler: Gets every frame that `pump` reads, with the time at which it was on the bus [s].
+        on_wait: Called before each wait of `pump`, which then ends after `LONGEST_WAIT`; None for nothing.
         arrival: When the last frame that was received was on the bus, on the recording's clock [s].
     """
 
@@ -67,6 +69,7 @@ class BusNetwork(Network):
         self.clock = clock
         self.recorder = recorder
         self.handler: Callable[[can.Message, float], None] = lambda _message, _arrival: None
+        self.on_wait: Callable[[], None] | None = None
         self.arrival = 0.0
         self._lock = threading.Lock()
         self._sync = can.Message(arbitration_id=SYNC_ID, is_extended_id=False, is_rx=False)
@@ -144,6 +147,9 @@ class BusNetwork(Network):
         Raises:
             BusLost: The interface failed.
         """
+        if self.on_wait is not None:
+            self.on_wait()
+            timeout = min(timeout, LONGEST_WAIT)
         message = self.receive(timeout)
         if message is not None:
             self.handler(message, self.arrival)

@@ -91,6 +91,7 @@ class Driver:
             for node in self._monitor.counts
         }
         self.drives = Drives(vehicle, self._network, self._sdos.__getitem__, self._monitor, watchdog)
+        self._network.on_wait = self.drives.keep_alive
         self._encoders = EncoderNodes(vehicle, self._monitor, self._sdos, self._network.nmt_command)
         self._recovery = Recovery(self._encoders.configure, self._events, inline=self._clock.inline)
         self._wheels = StallDetector(vehicle)

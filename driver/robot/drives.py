@@ -82,7 +82,7 @@ class Drives:
         self._pdos = {drive.node: planned_pdo(drive) for drive in self._drives}
         self._control = SHUTDOWN  # control word in the PDOs that carry one: no torque unless enabled
         self._sent: list[bytes | None] = [None] * len(self._drives)
-        self._commanded = self._refreshed = -math.inf
+        self._commanded = self._refreshed = self._last_heartbeat = -math.inf
         self._nodes = {drive.node: f"drive of {drive.wheel}" for drive in self._drives}
         used = self._supervision.nodes
         self._driver_node = next(node for node in range(127, 0, -1) if node not in used)
@@ -169,11 +169,20 @@ class Drives:
         if now - self._commanded > self._watchdog and any(self.speeds):
             self._events.add(now, None, f"no command for {self._watchdog:g} s: wheels stopped")
             self.speeds = (0.0,) * len(self._drives)
+        self.keep_alive()
         if now - self._refreshed >= REFRESH:
             self._refreshed = now
-            self._heartbeat()
             self._sent = [None] * len(self._drives)
         self._send_changed()
+
+    def keep_alive(self) -> None:
+        """Send the driver's heartbeat where it is due, also while one drive lets the others wait.
+
+        Raises:
+            BusLost: The interface failed.
+        """
+        if self._is_alive and self._network.clock.now() - self._last_heartbeat >= REFRESH:
+            self._heartbeat()
 
     def stop(self) -> None:
         """Command speed zero, at any time; a lost bus is logged, and the drives' own watchdogs stop them."""
@@ -274,6 +283,7 @@ class Drives:
                 self._sent[number] = data
 
     def _heartbeat(self) -> None:
+        self._last_heartbeat = self._network.clock.now()
         self._network.send_message(HEARTBEAT + self._driver_node, bytes([OPERATIONAL]))
 
     def _configure(self, drive: Drive) -> tuple[NodeConfiguration, StatusSource]:

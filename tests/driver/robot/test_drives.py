@@ -203,6 +203,19 @@ def test_our_heartbeat_goes_on_while_enabled(robot):
     assert 9 <= bus.sent.count((0x77F, b"\x05")) - before <= 11
 
 
+def test_our_heartbeat_goes_on_while_an_answer_is_awaited(robot):
+    driver, bus = robot
+    driver.enable()
+    waits, recv = [], bus.recv
+    bus.recv = lambda timeout: waits.append(timeout) or recv(timeout)
+    bus.sent.clear()
+    for _ in range(4):
+        driver._clock.time += 0.06
+        driver._network.pump(0.5)
+    assert bus.sent == [(0x77F, b"\x05")] * 2
+    assert max(waits) < 0.06
+
+
 def test_stop_is_sent_at_once_and_on_a_dead_bus_noted(robot):
     driver, bus = robot
     driver.enable()
