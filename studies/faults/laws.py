@@ -24,7 +24,7 @@ AFTERMATH = 12.0  # [s] after a fault, in which its node may still be restarted 
 # faults are counted in the report, or are seen only where a wheel turns meanwhile.
 REPORTS: dict[str, tuple[str, str, float]] = {
     "silence": ("no valid answer", "heartbeat lost|no answer for its status word", 0.15),
-    "reboot": ("restarted", "restarted", 0.0),
+    "reboot": ("restarted", "restarted|heartbeat lost", 0.0),
     "length": ("no valid answer", "", 0.1),
     "emcy": ("EMCY", "EMCY", 0.0),
     "babbling": ("babbles", "babbles", 1.2),

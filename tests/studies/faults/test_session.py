@@ -1,0 +1,56 @@
+"""Sessions with faults: they repeat exactly, keep the laws, and are found where they do not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from omnimate.driver.robot.drives import Drives
+from omnimate.driver.robot.supervision import Supervision
+from studies.faults.script import BUS_FAULTS, LENGTH, NODE_FAULTS, QUIET, Fault, Script, draw, shrink
+from studies.faults.session import run
+
+REBOOT, TRIP = Fault("reboot", 2.0, 0.3, node=1), Fault("trip", 4.0, node=11)
+SHORT = Script("single", 1, (REBOOT, TRIP), length=8.0)
+
+
+def test_the_same_seed_gives_the_same_trace_and_another_seed_another():
+    first, second, other = run(SHORT), run(SHORT), run(replace(SHORT, seed=2))
+    assert first.digest == second.digest != other.digest
+    assert first.violations == []
+    assert sum(first.expected.values()) == sum(first.reported.values()) == 2
+
+
+@pytest.mark.parametrize("robot", ["single", "double"])
+def test_without_a_fault_the_pose_is_true_and_nothing_is_reported(robot):
+    outcome = run(Script(robot, 3, (), length=5.0))
+    assert outcome.violations == []
+    assert 0.0 < outcome.worst < 3e-5
+
+
+@pytest.mark.parametrize("kind", BUS_FAULTS)
+def test_a_fault_of_the_bus_keeps_the_laws(kind):
+    assert run(Script("single", 4, (Fault(kind, 3.0, 0.5),), length=8.0)).violations == []
+
+
+def test_a_report_that_is_left_out_breaks_a_law_and_the_script_shrinks_to_its_fault(monkeypatch):
+    monkeypatch.setattr(Supervision, "emergency", lambda *_frame: True)
+    emergency = Fault("emcy", 6.0, 0.5, node=2)
+    script = replace(SHORT, faults=(REBOOT, emergency, Fault("burst", 9.0, 0.02)), length=11.0)
+    assert [line for line in run(script).violations if "emcy" in line]
+    assert shrink(script, lambda shorter: bool(run(shorter).violations)).faults == (emergency,)
+
+
+def test_a_driver_that_does_not_stop_the_wheels_breaks_a_law(monkeypatch):
+    monkeypatch.setattr(Drives, "halt", lambda *_trouble: None)
+    violations = run(replace(SHORT, faults=(TRIP,))).violations
+    assert any("not commanded to stop" in line for line in violations)
+
+
+def test_a_script_has_each_kind_of_fault_and_ends_in_quiet():
+    scripts = [draw(1, number) for number in range(100)]
+    assert scripts == [draw(1, number) for number in range(100)]
+    faults = [fault for script in scripts for fault in script.faults]
+    assert {fault.kind for fault in faults} == {*NODE_FAULTS, *BUS_FAULTS}
+    assert max(fault.at + fault.duration for fault in faults) < LENGTH - QUIET + 2.0
