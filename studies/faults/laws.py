@@ -34,8 +34,8 @@ REPORTS: dict[str, tuple[str, str, float]] = {
     "nmt communication": ("restarted", "restarted", 0.0),
     "trip": ("", "left operation enabled", 0.0),
     "twin": ("answers each SYNC twice", "", 1.6),
-    "adapter": ("bus opened again", "", 0.0),
-    "power": ("bus opened again", "", 0.0),
+    "adapter": ("interface failed", "", 0.0),
+    "power": ("interface failed", "", 0.0),
     "sync": ("another device produces SYNC", "", 0.1),
 }
 
@@ -63,19 +63,21 @@ class PoseLaw:
         self._half = vehicle.trucks[truck].wheelbase / 2.0
         self._last_true = self._true = world.poses[truck]
         self._pose: Array | None = None
-        self._doubt, self._doubtful_until, self._time = 0.0, 0.0, -math.inf
+        self._doubt, self._time = 0.0, -math.inf
 
     def check(self, sample: Sample, faults: Sequence[Fault]) -> str | None:
-        """Return how the law is broken by a sample, None where it holds."""
+        """Return how the law is broken by a sample in a session with faults; None where it holds."""
         true = self._world.poses[self._truck]
         travel = self._size(self._last_true, true)
         self._last_true = true
         is_read = all(sample.present[column] for column in self._columns)
-        if any(fault.node in self._nodes or fault.node == 0 or fault.kind == "babbling" for fault in faults):
-            self._doubtful_until = sample.time + SETTLED
         is_next = sample.time - self._time < self._longest
         self._time = sample.time
-        is_doubtful = not (is_read and is_next) or sample.time < self._doubtful_until
+        is_doubtful = not (is_read and is_next) or any(
+            (fault.node in self._nodes or fault.node == 0 or fault.kind == "babbling")
+            and START + fault.at <= self._world.now <= START + fault.at + fault.duration + SETTLED
+            for fault in faults
+        )
         if is_doubtful or self._doubt:
             self._doubt += travel
         if not is_read:

@@ -6,12 +6,19 @@ import hashlib
 import math
 from collections import Counter
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
+from itertools import pairwise
 from random import Random
+from tempfile import TemporaryDirectory
 
 from omnimate.driver.errors import DriverError, DrivesStopped
 from omnimate.driver.robot.driver import Driver, open_driver
 from omnimate.driver.robot.events import Event
+from omnimate.driver.robot.recorder import Recorder
+from omnimate.files.recordings.folder import load_recording
+from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.sample import Sample
 from studies.faults.laws import PoseLaw, expectation, is_explained
 from studies.faults.script import QUIET, ROBOTS, Fault, Script
 from studies.faults.world import START, World, in_time_of
@@ -22,6 +29,7 @@ PAUSE = 1.0  # [s] until the operator tries again
 REPORT_TIME = 3.0  # [s] after a fault until when it must be reported
 STOP_TIME = 0.1  # [s] from a drive's fault until all wheels are commanded to stop
 COAST_TIME = 1.5  # [s] without a command until all wheels stand: the drives' watchdog of 0.5 s and a ramp
+RECORDED = 4  # sessions, of which one is recorded to the disk
 WATCH = 1.0  # [s] between two looks at the reports
 SETTLE = 10.0  # [s] at the end in which everything must work
 STOPS = frozenset(
@@ -71,6 +79,7 @@ class _Session:
         self._is_configuring = True
         self._all_present = False
         self._errors: list[Event] = []
+        self._samples: list[Sample] = []
         self._seen: dict[tuple[int | None, str], int] = {}
         self._commanded = -math.inf
         self._speeds, self._speeds_until = (0.0, 0.0), -math.inf
@@ -89,13 +98,24 @@ class _Session:
     def _open(self) -> None:
         """Open a driver and drive, until the end or until the driver gives up."""
         self._is_configuring = True
-        try:
-            driver, _ = open_driver(self._vehicle, URL)
-        except DriverError as error:
-            self._note(error)
-            self._world.sleep(PAUSE)
-            return
-        self._driver, self._seen = driver, {}
+        with TemporaryDirectory() as folder, self._recorder(folder) as recorder:
+            try:
+                driver, _ = open_driver(self._vehicle, URL, recorder)
+            except DriverError as error:
+                self._note(error)
+                self._world.sleep(PAUSE)
+                return
+            self._run_driver(driver)
+            if recorder is not None and all(fault.kind != "sync" for fault in self._script.faults):
+                recorder.close()
+                self._check_recording(load_recording(folder))
+
+    def _recorder(self, folder: str) -> AbstractContextManager[Recorder | None]:
+        """Return a recorder in one session of `RECORDED`."""
+        return nullcontext() if self._script.seed % RECORDED else Recorder(folder, self._vehicle)
+
+    def _run_driver(self, driver: Driver) -> None:
+        self._driver, self._seen, self._samples = driver, {}, []
         try:
             with driver:
                 self._drive(driver)
@@ -119,10 +139,11 @@ class _Session:
             if driver.drives.is_enabled:
                 try_at = sample.time + PAUSE
                 self._command(driver)
+            self._samples.append(sample)
             self._hash.update(repr((sample.index, sample.time, sample.counts, sample.present)).encode())
             self._all_present = all(sample.present)
             for pose in poses:
-                if broken := pose.check(sample, self._world.active):
+                if broken := pose.check(sample, self._script.faults):
                     self._violate(broken)
             if not (self._all_present and driver.drives.is_enabled):
                 settled = sample.time
@@ -205,6 +226,24 @@ class _Session:
     def _check_stop(self, fault: Fault, driver: Driver) -> None:
         if driver.drives.is_enabled:
             self._violate(f"wheels are not commanded to stop {STOP_TIME} s after {fault}")
+
+    def _check_recording(self, recording: Recording) -> None:
+        """Compare a recording with the samples that the driver gave.
+
+        A SYNC of another device makes a sample in a log. Answers that come while no SYNC is sent, as while
+        drives are enabled, are late for the driver and in time for a log: the comparison ends there.
+        """
+        if len(recording.time) < len(self._samples):
+            self._violate(f"the recording has {len(recording.time)} samples of {len(self._samples)}")
+        longest = 1.5 * self._vehicle.bus.sync_period
+        for row, (sample, later) in enumerate(pairwise(self._samples)):
+            counts, present = recording.counts[row].tolist(), recording.present[row].tolist()
+            if (list(sample.counts), list(sample.present)) == (counts, present):
+                continue
+            if later.time - sample.time < longest:
+                here = f"{sample.counts}, {sample.present} at {sample.time - START:.3f} s"
+                self._violate(f"the recording differs from the sample: {counts}, {present}; {here}")
+            return
 
     def _watch(self, driver: Driver) -> None:
         """Look at what was reported since the last time."""
