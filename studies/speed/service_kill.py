@@ -1,150 +1,251 @@
-"""What is lost when the service is killed at random moments under load.
+"""What is lost when services on one database are killed at random moments under load.
 
-Peer: what the clients were answered; every sample that was answered 201 must still be there.
+Peer: what the clients were answered; every change that was acknowledged must be there, once.
 
-Usage: python -m studies.speed.service_kill [--kills 200] [--database sqlite:///... or postgresql+psycopg://...]
+Usage: python -m studies.speed.service_kill [--kills 200] [--services 1]
+       [--database sqlite:///... or postgresql+psycopg://...]
 
-Four clients start sessions and post samples, and one lets the robot drive. A random time after the first
-promise the process gets SIGKILL, and a new process is asked for what the clients were promised.
+Four clients call a random service with an Idempotency-Key, and repeat the call with the same key until one
+answers: they start sessions, post samples, solve, accept the result twice at once, increment a number in a
+vehicle file with If-Match, and have the robot drive and a recording diagnosed. A random time after an
+acknowledged sample one process gets SIGKILL and is started again. PostgreSQL needs a new database.
 """
 
 import random
+import re
+import secrets
 import tempfile
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import httpx2
 from rich.progress import track
 
+from omnimate.files.recordings.folder import save_recording
+from omnimate.motion.paths import umbmark
+from omnimate.service.recording_zip import pack
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.file import format_vehicle
 from studies.benchmark import options
 from studies.speed.service_process import PATIENCE, Service
 
-SESSIONS = "/v1/umbmark/sessions"
-RUN = {"direction": "cw", "after": {"x": 0.1, "y": 0.02}, "calculated": {"x": 0.0, "y": 0.0}}
-SETTLED = {"collecting", "interrupted", "aborted", "failed", "solved", "accepted"}
+SESSIONS, VEHICLES, DIAGNOSES = "/v1/umbmark/sessions", "/v1/vehicles", "/v1/diagnoses"
+RUN = {"after": {"x": 0.1, "y": 0.02}, "calculated": {"x": 0.0, "y": 0.0}}
+CLIENTS = 4
+SETTLED = {"collecting", "interrupted", "aborted", "failed", "solved", "accepted", "done", "cancelled"}
 
 
 @dataclass
-class Promised:
-    """What clients were answered 201 or 200, by session; `first` is set with the first sample."""
+class Acknowledged:
+    """What clients were answered.
 
-    samples: dict[str, set[int]] = field(default_factory=dict)
-    first: threading.Event = field(default_factory=threading.Event)
-    solved: dict[str, str] = field(default_factory=dict)
-    driven: set[str] = field(default_factory=set)
+    Attributes:
+        samples: Numbers of the samples, by session.
+        accepted: Versions that accepts of a session made.
+        increments: How often the number in the counter's vehicle file was incremented.
+        waiting: Paths of driven sessions and jobs, which have to end.
+        problems: Answers that no client should get.
+        unavailable: Answers 503 with Retry-After.
+        sampled: Set with each sample.
+        ending: Set when the clients shall end.
+    """
+
+    samples: dict[str, list[int]] = field(default_factory=dict)
+    accepted: dict[str, list[int]] = field(default_factory=dict)
+    increments: int = 0
+    waiting: set[str] = field(default_factory=set)
+    problems: list[str] = field(default_factory=list)
+    unavailable: int = 0
+    sampled: threading.Event = field(default_factory=threading.Event)
+    ending: threading.Event = field(default_factory=threading.Event)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
 
-def load(url: str, promised: Promised, seed: int) -> None:
-    """Be a client until the service is gone."""
-    chance = random.Random(seed)
-    try:
-        with httpx2.Client(base_url=url, timeout=20.0) as client:
-            while True:
-                session = client.post(SESSIONS, json={"side": 4.0}).raise_for_status().json()["id"]
-                with promised.lock:
-                    promised.samples[session] = set()
-                for number in range(chance.randint(1, 12)):
-                    run = RUN | {"direction": ("cw", "ccw")[number % 2]}
-                    made = client.post(f"{SESSIONS}/{session}/samples", json=run).raise_for_status()
-                    with promised.lock:
-                        promised.samples[session].add(made.json()["number"])
-                        promised.first.set()
-                if number >= 1:
-                    solved = client.post(f"{SESSIONS}/{session}/solve").raise_for_status()
-                    with promised.lock:
-                        promised.solved[session] = solved.json()["revision"]
-    except (httpx2.TransportError, httpx2.HTTPStatusError):
-        return
+class Client:
+    """A client of all services, which repeats a call until one of them answers."""
 
+    def __init__(self, services: list[Service], acknowledged: Acknowledged, seed: int) -> None:
+        self.services, self.acknowledged, self.chance = services, acknowledged, random.Random(seed)
+        self.http = httpx2.Client(timeout=30.0)
 
-def drive(url: str, promised: Promised) -> None:
-    """Let the robot drive until the service is gone."""
-    try:
-        with httpx2.Client(base_url=url, timeout=20.0) as client:
-            answer = client.post(SESSIONS, json={"how": "drive", "side": 1.0, "runs": 5})
-            if answer.status_code == 201:
-                with promised.lock:
-                    promised.driven.add(answer.json()["id"])
-    except httpx2.TransportError:
-        return
-
-
-def lost(url: str, promised: Promised) -> list[str]:
-    """Return a sentence for everything that was promised and is not there."""
-    missing = []
-    with httpx2.Client(base_url=url, timeout=60.0) as client:
-        for session, numbers in promised.samples.items():
-            answer = client.get(f"{SESSIONS}/{session}")
-            if answer.status_code != 200:
-                missing.append(f"session {session} is gone")
+    def send(self, method: str, path: str, *expected: int, **request: object) -> httpx2.Response:
+        """Return the first answer other than 503; an unexpected one is a problem."""
+        headers = {"Idempotency-Key": secrets.token_hex(8)} | request.pop("headers", {})
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            url = self.chance.choice(self.services).url
+            try:
+                answer = self.http.request(method, f"{url}{path}", headers=headers, **request)
+            except httpx2.TransportError:
+                time.sleep(0.02)
                 continue
-            there = {sample["number"] for sample in answer.json()["samples"]}
-            missing += [f"session {session}: sample {number} is gone" for number in numbers - there]
-            result = client.get(f"{SESSIONS}/{session}/result")
-            if session in promised.solved and result.json().get("revision") != promised.solved[session]:
-                missing.append(f"session {session}: its result is gone")
-    return missing
+            if answer.status_code == 503 and "Retry-After" in answer.headers and 503 not in expected:
+                with self.acknowledged.lock:
+                    self.acknowledged.unavailable += 1
+                time.sleep(0.1)
+                continue
+            if answer.status_code not in (expected or {200, 201, 202}):
+                with self.acknowledged.lock:
+                    self.acknowledged.problems.append(f"{method} {path}: {answer.status_code} {answer.text}")
+            return answer
+        raise RuntimeError(f"no service answered {method} {path} within {PATIENCE:g} s")
+
+    def run(self, recording: str) -> None:
+        """Calibrate, increment, drive and diagnose until the clients shall end."""
+        while not self.acknowledged.ending.is_set():
+            self.calibrate()
+            self.increment()
+            if self.chance.random() < 0.3:
+                self.wait_for(SESSIONS, {"how": "drive", "side": 1.0}, 201, 409, 503)
+            if self.chance.random() < 0.05:
+                self.wait_for(DIAGNOSES, {"recordings": [recording]}, 202)
+
+    def calibrate(self) -> None:
+        """Post samples of a new session, solve it, and accept the result twice at once."""
+        acknowledged = self.acknowledged
+        session = self.send("POST", SESSIONS, json={"side": 4.0}).json()["id"]
+        path = f"{SESSIONS}/{session}"
+        numbers = acknowledged.samples.setdefault(session, [])
+        for count in range(self.chance.randint(2, 8)):
+            run = RUN | {"direction": ("cw", "ccw")[count % 2]}
+            numbers.append(self.send("POST", f"{path}/samples", json=run).json()["number"])
+            acknowledged.sampled.set()
+        revision = self.send("POST", f"{path}/solve").headers["ETag"]
+
+        def accept(_: int) -> httpx2.Response:
+            request = {"json": {"force": True}, "headers": {"If-Match": revision}}
+            return self.send("POST", f"{path}/accept", 200, 409, 412, **request)
+
+        with ThreadPoolExecutor(2) as pool:
+            answers = list(pool.map(accept, range(2)))
+        acknowledged.accepted[session] = [
+            int(answer.headers["ETag"].strip('"')) for answer in answers if answer.status_code == 200
+        ]
+
+    def increment(self) -> None:
+        """Increment the number in the counter's file, unless another client is faster."""
+        seen = self.send("GET", f"{VEHICLES}/counter")
+        request = {"headers": {"If-Match": seen.headers["ETag"], "Content-Type": "application/toml"}}
+        text = counter_text(count_in(seen) + 1)
+        if self.send("PUT", f"{VEHICLES}/counter", 200, 412, content=text, **request).status_code == 200:
+            with self.acknowledged.lock:
+                self.acknowledged.increments += 1
+
+    def wait_for(self, path: str, body: dict[str, object], *expected: int) -> None:
+        """Start a driven session or a job, which has to end."""
+        answer = self.send("POST", path, *expected, json=body)
+        if answer.status_code in {201, 202}:
+            with self.acknowledged.lock:
+                self.acknowledged.waiting.add(f"{path}/{answer.json()['id']}")
 
 
-def stuck(url: str, promised: Promised) -> set[str]:
-    """Return sessions that are still being driven when the leases of a dead process have run out."""
+def counter_text(count: int) -> str:
+    """Return the file of a vehicle with a number in it."""
+    text = format_vehicle(reference_vehicle()).replace('"omnimate"', '"counter"', 1)
+    return f"{text}\n# count {count}\n"
+
+
+def count_in(answer: httpx2.Response) -> int:
+    """Return the number in a vehicle's file."""
+    return int(re.search(r"# count (\d+)", answer.json()["toml"])[1])
+
+
+def differences(client: Client) -> list[str]:
+    """Return a sentence for everything that is not as it was acknowledged."""
+    acknowledged, found = client.acknowledged, []
+    for session, numbers in acknowledged.samples.items():
+        stored = client.send("GET", f"{SESSIONS}/{session}").json()["samples"]
+        if [sample["number"] for sample in stored] != numbers:
+            found.append(f"session {session}: acknowledged {numbers}, stored {len(stored)}")
+    versions = client.send("GET", f"{VEHICLES}/omnimate/versions").json()
+    stored = {row["version"]: row["origin"] for row in versions}
+    if sorted(stored) != list(range(1, len(versions) + 1)):
+        found.append(f"versions are missing: {sorted(stored)}")
+    made = {
+        version: f"session {session}" for session, them in acknowledged.accepted.items() for version in them
+    }
+    if len(made) != sum(map(len, acknowledged.accepted.values())):
+        found.append("double accept: two were answered with one version")
+    found += [
+        f"double accept of {session}" for session, made in acknowledged.accepted.items() if len(made) > 1
+    ]
+    if made != {version: origin for version, origin in stored.items() if origin != "file"}:
+        found.append(f"accepts acknowledged {len(made)}, versions stored {len(stored) - 1}")
+    counter = client.send("GET", f"{VEHICLES}/counter")
+    if not count_in(counter) == counter.json()["version"] - 1 == acknowledged.increments:
+        found.append(f"lost update: {count_in(counter)} of {acknowledged.increments} increments are there")
+    return found
+
+
+def stuck(client: Client) -> set[str]:
+    """Return driven sessions and jobs that have not ended when the leases of dead processes have run out."""
     end = time.monotonic() + PATIENCE
-    waiting = set(promised.driven)
-    with httpx2.Client(base_url=url, timeout=60.0) as client:
-        while waiting and time.monotonic() < end:
-            waiting = {
-                session
-                for session in waiting
-                if client.get(f"{SESSIONS}/{session}").json()["state"] not in SETTLED
-            }
-            time.sleep(0.5)
+    waiting = client.acknowledged.waiting
+    while waiting and time.monotonic() < end:
+        waiting = {path for path in waiting if client.send("GET", path).json()["state"] not in SETTLED}
+        time.sleep(0.5)
     return waiting
 
 
-def trial(folder: Path | str, database: str, kills: int, seed: int = 0) -> tuple[int, list[str], set[str]]:
-    """Return (samples promised, what was lost, sessions stuck) after so many kills."""
-    chance = random.Random(seed)
-    promised, missing, promises, everything = Promised(), [], 0, Promised()
-    for number in track(range(kills), "killing"):
-        service = Service(folder, database)
-        missing += lost(service.url, promised)
-        promises += sum(len(numbers) for numbers in promised.samples.values())
-        everything.driven |= promised.driven
-        promised = Promised()
-        clients = [
-            threading.Thread(target=load, args=(service.url, promised, 10 * number + client))
-            for client in range(4)
-        ]
-        clients.append(threading.Thread(target=drive, args=(service.url, promised)))
-        for client in clients:
-            client.start()
-        promised.first.wait(PATIENCE)
-        time.sleep(chance.uniform(0.0, 2.0))
-        service.kill()
-        for client in clients:
-            client.join()
-    service = Service(folder, database)
-    missing += lost(service.url, promised)
-    promises += sum(len(numbers) for numbers in promised.samples.values())
-    everything.driven |= promised.driven
-    left = stuck(service.url, everything)
-    service.stop()
-    return promises, missing, left
+def recording_zip(folder: Path | str) -> bytes:
+    """Return a short recording."""
+    vehicle = reference_vehicle()
+    program = umbmark(0.5, 1, speed=0.4, link_length=vehicle.linkage.length)
+    save_recording(simulate(vehicle, Truth(vehicle, seed=3), program), Path(folder) / "recording")
+    return pack(Path(folder) / "recording")
+
+
+def trial(
+    folder: Path | str, database: str, kills: int, count: int = 1, seed: int = 0
+) -> tuple[Acknowledged, list[str], set[str]]:
+    """Return (what was acknowledged, what differs from it, sessions and jobs stuck) after so many kills."""
+    chance, acknowledged = random.Random(seed), Acknowledged()
+    services = [Service(folder, database) for _ in range(count)]
+    clients = [Client(services, acknowledged, 100 * seed + number) for number in range(CLIENTS)]
+    sent = {"content": counter_text(0), "headers": {"Content-Type": "application/toml"}}
+    clients[0].send("POST", VEHICLES, 201, **sent)
+    sent = {"content": recording_zip(folder), "headers": {"Content-Type": "application/zip"}}
+    recording = clients[0].send("POST", "/v1/recordings", **sent).json()["id"]
+    with ThreadPoolExecutor(CLIENTS) as pool:
+        try:
+            running = [pool.submit(client.run, recording) for client in clients]
+            for _ in track(range(kills), "killing"):
+                acknowledged.sampled.clear()
+                acknowledged.sampled.wait(PATIENCE)
+                time.sleep(chance.uniform(0.0, 2.0))
+                victim = chance.randrange(count)
+                services[victim].kill()
+                services[victim] = Service(folder, database)
+        finally:
+            acknowledged.ending.set()
+        for client in running:
+            client.result()
+    found = acknowledged.problems + differences(clients[0])
+    left = stuck(clients[0])
+    for service in services:
+        service.stop()
+    return acknowledged, found, left
 
 
 def main() -> None:
     """Print what was lost."""
-    given = options(__doc__, kills=200, database=None)
+    given = options(__doc__, kills=200, services=1, database=None)
     with tempfile.TemporaryDirectory() as folder:
         database = given.database or f"sqlite:///{folder}/service.db"
-        promises, missing, left = trial(folder, database, given.kills)
-    kind = database.partition(":")[0]
-    print(f"{kind}: {given.kills} kills, {promises} samples answered 201")
-    print(f"{len(missing)} lost, {len(left)} sessions stuck")
-    for line in [*missing, *left]:
+        acknowledged, found, left = trial(folder, database, given.kills, given.services)
+    print(f"{database.partition(':')[0]}: {given.services} services, {given.kills} kills")
+    print(
+        f"acknowledged: {sum(map(len, acknowledged.samples.values()))} samples, "
+        f"{sum(map(len, acknowledged.accepted.values()))} accepts of {2 * len(acknowledged.accepted)}, "
+        f"{acknowledged.increments} increments, {len(acknowledged.waiting)} drives and jobs"
+    )
+    print(f"{acknowledged.unavailable} answers 503, {len(found)} lost, double or wrong, {len(left)} stuck")
+    for line in [*found, *left]:
         print(f"  {line}")
 
 
