@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import logging
+import sqlite3
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from fastapi import FastAPI, Request
 
 MEDIA = "application/problem+json"
+DISK_FULL = "the disk is full, and nothing was changed; free space on it, then try again"
 _log = logging.getLogger(__name__)
 
 
@@ -88,6 +91,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(HTTPException, _of_http)
     app.add_exception_handler(OperationalError, _of_database)
     app.add_exception_handler(PoolTimeout, _of_database)
+    app.add_exception_handler(OSError, _of_files)
     app.add_exception_handler(Exception, _unexpected)
 
 
@@ -150,9 +154,23 @@ def _allowed(request: Request) -> str:
 
 async def _of_database(_request: Request, error: Exception) -> JSONResponse:
     _log.error("the database did not answer: %s", error)
-    return problem_response(
-        503, "Not now", "the database did not answer; try again", headers={"Retry-After": "2"}
+    cause = getattr(error, "orig", None)
+    full = (
+        getattr(cause, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL
+        or getattr(cause, "sqlstate", None) == "53100"  # PostgreSQL's disk_full
     )
+    return _unavailable(DISK_FULL if full else "the database did not answer; try again")
+
+
+async def _of_files(request: Request, error: Exception) -> JSONResponse:
+    if getattr(error, "errno", None) not in {errno.ENOSPC, errno.EDQUOT}:
+        return await _unexpected(request, error)
+    _log.error("a file was not written: %s", error)
+    return _unavailable(DISK_FULL)
+
+
+def _unavailable(detail: str) -> JSONResponse:
+    return problem_response(503, "Not now", detail, headers={"Retry-After": "2"})
 
 
 async def _unexpected(_request: Request, error: Exception) -> JSONResponse:

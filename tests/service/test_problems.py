@@ -1,5 +1,6 @@
 """Problem details, RFC 9457: the answers to refused requests, word for word, and to errors of the service."""
 
+import errno
 import json
 import re
 import time
@@ -13,7 +14,7 @@ from fastapi.testclient import TestClient
 from sqlalchemy.exc import OperationalError
 
 from omnimate.service.errors import InvalidValueError, ServiceError, StateError
-from omnimate.service.problems import MEDIA, documented, install
+from omnimate.service.problems import DISK_FULL, MEDIA, documented, install
 from omnimate.service.store.tables import SessionRow
 from omnimate.vehicle.errors import OmnimateError
 
@@ -108,11 +109,20 @@ def test_what_an_error_knows_is_in_its_problem_detail():
     assert errors == [{"where": "body.side", "problem": "too long"}]
 
 
+class FullDatabaseError(Exception):
+    """PostgreSQL's error of a full disk."""
+
+    sqlstate = "53100"
+
+
 @pytest.mark.parametrize(
     ("error", "status", "detail"),
     [
         (OmnimateError("the wheelbase is negative"), 422, "the wheelbase is negative"),
         (OperationalError("select", {}, OSError()), 503, "the database did not answer; try again"),
+        (OperationalError("insert", {}, FullDatabaseError()), 503, DISK_FULL),
+        (OSError(errno.ENOSPC, "secret"), 503, DISK_FULL),
+        (OSError(errno.EIO, "secret"), 500, "an error in the service itself; its log says more"),
         (KeyError("secret"), 500, "an error in the service itself; its log says more"),
     ],
 )
