@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import delete, select, update
 
-from omnimate.service.jobs.queue import give_back
-from omnimate.service.store.tables import AnswerRow, JobRow, SessionRow
+from omnimate.service.jobs.queue import LEASE, give_back
+from omnimate.service.store.tables import AnswerRow, JobRow, SessionRow, lease_ended
 from omnimate.service.umbmark.sessions import OPEN_STATES, interrupt_orphans
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def expire_sessions_and_requeue_jobs(database: Database) -> list[str]:
 
 def _give_back_orphans(database: Database, now: float) -> None:
     """Queue the jobs again whose service has died."""
-    orphaned = (JobRow.state == "running") & (JobRow.lease < now)
+    orphaned = (JobRow.state == "running") & lease_ended(JobRow.lease, now, LEASE)
     with database.reading() as db:
         if db.scalar(select(JobRow.id).where(orphaned).limit(1)) is None:
             return

@@ -257,6 +257,15 @@ class DeliveryRow(ListedRow):
 Row = TypeVar("Row", bound=ListedRow)
 
 
+def lease_ended(lease: ColumnElement[float | None], now: float, duration: float) -> ColumnElement[bool]:
+    """Return whether a lease of a duration [s] is over, by the wall clock of the service that asks.
+
+    One that ends later than a lease can was taken before the clock was set back. Clocks of services may
+    differ by a duration.
+    """
+    return (lease < now) | (lease > now + 2.0 * duration)
+
+
 def find_row(db: Session, table: type[Row], key: str, *, for_change: bool = False, **having: object) -> Row:
     """Return the row of a table with a key, and with the values that it is `having`.
 

@@ -11,7 +11,7 @@ from sqlalchemy import func, select
 from omnimate.calib.apply import corrected_vehicle
 from omnimate.service.errors import ExpiredError, ModifiedError, StateError
 from omnimate.service.store import vehicles
-from omnimate.service.store.tables import SampleRow, SessionRow, find_row
+from omnimate.service.store.tables import SampleRow, SessionRow, find_row, lease_ended
 from omnimate.service.umbmark.models import Counts, Result, Session
 from omnimate.vehicle.parameters import Truck
 
@@ -139,7 +139,7 @@ def drives_for(row: SessionRow, instance: str) -> bool:
 
 def interrupt_orphans(db: Db) -> list[str]:
     """Interrupt the sessions whose service has died; return their ids."""
-    orphaned = (SessionRow.state == "driving") & (SessionRow.lease < time.time())
+    orphaned = (SessionRow.state == "driving") & lease_ended(SessionRow.lease, time.time(), LEASE)
     rows = db.scalars(select(SessionRow).where(orphaned).with_for_update()).all()
     for row in rows:
         end_lease(row, "interrupted", "interrupted: the service that drove it has ended")
