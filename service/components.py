@@ -6,9 +6,8 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from sqlalchemy.exc import IntegrityError
-
 from omnimate.service.access import Callers
+from omnimate.service.errors import StateError
 from omnimate.service.event_stream import EventStream
 from omnimate.service.fleets.batches import Batches
 from omnimate.service.fleets.webhooks import Deliverer
@@ -93,7 +92,7 @@ def make_components(settings: Settings) -> Components:
     database, events = Database(settings.database), EventStream()
     try:
         first = _first_version(database, vehicle, text)
-    except IntegrityError:  # another service that starts at the same time was faster
+    except StateError:  # another service that starts at the same time was faster
         first = _first_version(database, vehicle, text)
     recordings = RecordingStore(database, settings.fleets, settings.unpacked)
     recordings.take_from_rows()

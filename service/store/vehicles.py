@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from sqlalchemy import func, select
+from sqlalchemy.exc import IntegrityError
 
 from omnimate.service.errors import ModifiedError, NotFoundError, StateError
 from omnimate.service.store.tables import VehicleRow
@@ -75,15 +76,19 @@ def create(db: Session, vehicle: VehicleParameters, origin: str, text: str | Non
     Raises:
         StateError: there is a vehicle of this name already.
     """
+    exists = StateError(f"a vehicle {vehicle.name!r} exists already; PUT a new version of it")
     if db.get(VehicleRow, (vehicle.name, 1)) is not None:
-        raise StateError(f"a vehicle {vehicle.name!r} exists already; PUT a new version of it")
-    return _insert(db, vehicle, 1, origin, text)
+        raise exists
+    try:
+        return _insert(db, vehicle, 1, origin, text)
+    except IntegrityError as error:  # another service was faster
+        raise exists from error
 
 
 def add_version(
     db: Session, vehicle: VehicleParameters, origin: str, expected: int | None, text: str | None = None
 ) -> VehicleRow:
-    """Add a version of a vehicle.
+    """Add a version of a vehicle, after every other transaction that adds one has ended.
 
     Args:
         db: The open transaction.
@@ -96,6 +101,7 @@ def add_version(
         NotFoundError: there is no vehicle of this name.
         ModifiedError: the newest version is not the expected one.
     """
+    db.get(VehicleRow, (vehicle.name, 1), with_for_update=True)
     last = newest(db, vehicle.name)
     if expected is not None and expected != last.version:
         raise ModifiedError(

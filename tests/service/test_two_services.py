@@ -1,0 +1,215 @@
+"""Two services on one PostgreSQL; a database that goes away or is full, and jumps of the clock."""
+
+import time
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
+import pytest
+import sqlalchemy
+from sqlalchemy.exc import OperationalError
+
+from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
+from omnimate.service.jobs.queue import claim_job, find_job, queue_job
+from omnimate.service.store import vehicles
+from omnimate.service.store.tables import SessionRow, find_row
+from omnimate.service.umbmark.models import SessionStart
+from omnimate.service.umbmark.sessions import start_session, take_lease
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.file import format_vehicle
+
+HOUR = 3600.0  # [s]
+TERMINATE = (
+    "select pg_terminate_backend(pid) from pg_stat_activity "
+    "where datname = current_database() and pid <> pg_backend_pid()"
+)
+
+
+@pytest.fixture(scope="module")
+def postgresql_url(postgresql):
+    """The PostgreSQL database, without tables."""
+    engine = sqlalchemy.create_engine(postgresql)
+    with engine.begin() as connection:
+        connection.execute(sqlalchemy.text("drop schema public cascade; create schema public"))
+    engine.dispose()
+    return postgresql
+
+
+@pytest.fixture(scope="module")
+def services(postgresql_url, serving):
+    """Clients of two services on one PostgreSQL."""
+    with serving(postgresql_url) as one, serving(postgresql_url) as another:
+        yield one, another
+
+
+def at_once(*calls):
+    """Return the answers of calls that are made at the same time."""
+    together = Barrier(len(calls))
+
+    def made(call):
+        together.wait(60.0)
+        return call()
+
+    with ThreadPoolExecutor(len(calls)) as pool:
+        return list(pool.map(made, calls))
+
+
+def solved(service, started, sampled):
+    path = started(service)
+    sampled(service, path)
+    assert service.post(f"{path}/solve").status_code == 200
+    return path
+
+
+def test_of_two_results_that_two_services_accept_at_once_one_is_refused(services, started, sampled):
+    for _ in range(3):
+        paths = [solved(service, started, sampled) for service in services]
+        before = services[0].get("/v1/vehicles/omnimate").json()["version"]
+        answers = at_once(
+            *(
+                lambda service=service, path=path: service.post(
+                    f"{path}/accept", headers={"If-Match": "*"}, json={"force": True}
+                )
+                for service, path in zip(services, paths, strict=True)
+            )
+        )
+        assert sorted(answer.status_code for answer in answers) == [200, 412]
+        assert services[0].get("/v1/vehicles/omnimate").json()["version"] == before + 1
+
+
+def test_a_version_that_waits_for_another_one_is_checked_against_it(postgresql_url, services):
+    """One service has added a version and not committed it; the other one waits, and then refuses."""
+    one, another = (service.components.database for service in services)
+    vehicle = reference_vehicle()
+
+    def add(database):
+        with database.writing() as db:
+            return vehicles.add_version(db, vehicle, "late", None).version
+
+    with ThreadPoolExecutor(1) as pool:
+        with one.writing() as db:
+            version = vehicles.add_version(db, vehicle, "first", None).version
+            waiting = pool.submit(add, another)
+            engine = sqlalchemy.create_engine(postgresql_url, isolation_level="AUTOCOMMIT")
+            query = sqlalchemy.text("select count(*) from pg_locks where not granted")
+            with engine.connect() as connection:
+                end = time.monotonic() + 60.0
+                while connection.scalar(query) == 0 and not waiting.done() and time.monotonic() < end:
+                    pass
+            engine.dispose()
+        assert waiting.result(60.0) == version + 1
+
+
+def test_of_two_vehicles_of_one_name_that_are_added_at_once_one_is_refused(services):
+    headers = {"Content-Type": "application/toml"}
+    for number in range(5):
+        text = format_vehicle(reference_vehicle()).replace('"omnimate"', f'"twin-{number}"', 1)
+        answers = at_once(
+            *(
+                lambda service=service, text=text: service.post("/v1/vehicles", content=text, headers=headers)
+                for service in services
+            )
+        )
+        assert sorted(answer.status_code for answer in answers) == [201, 409]
+
+
+def test_connections_that_the_server_ends_give_no_error_of_the_service(
+    services, postgresql_url, started, manual_runs
+):
+    service, run = services[0], next(manual_runs())
+    path, engine = started(service), sqlalchemy.create_engine(postgresql_url, isolation_level="AUTOCOMMIT")
+    acknowledged = 0
+    with engine.connect() as admin:
+        for number in range(20):
+            admin.execute(sqlalchemy.text(TERMINATE))
+            calls = [lambda: service.get(path)]
+            if number % 2:
+                calls.insert(0, lambda: service.post(f"{path}/samples", json=run))
+            for call in calls:
+                answer = call()
+                assert answer.status_code in {200, 201, 503}, answer.text
+                assert answer.status_code != 503 or "Retry-After" in answer.headers
+                acknowledged += answer.status_code == 201
+    engine.dispose()
+    stored = next(answer for _ in range(50) if (answer := service.get(path)).status_code == 200)
+    assert len(stored.json()["samples"]) >= acknowledged
+
+
+@pytest.mark.parametrize("jump", [-HOUR, HOUR], ids=["back", "forward"])
+def test_no_lease_of_a_dead_service_outlives_a_jump_of_the_clock(jump, database, monkeypatch):
+    """Each service takes the time of its own machine."""
+    with database.writing() as db:
+        row = start_session(db, SessionStart(how="drive"), "omnimate", 10.0 * HOUR)
+        take_lease(row, "dead")
+        queue_job(db, kind="diagnose", recordings=[])
+        job, session = claim_job(db, "dead"), row.id
+    expire_sessions_and_requeue_jobs(database)
+    assert states(database, session, job) == ("driving", "running")
+    now = time.time()
+    monkeypatch.setattr(time, "time", lambda: now + jump)
+    expire_sessions_and_requeue_jobs(database)
+    assert states(database, session, job) == ("interrupted", "queued")
+    with database.writing() as db:
+        find_job(db, job).state = "cancelled"
+
+
+def states(database, session, job):
+    with database.reading() as db:
+        return find_row(db, SessionRow, session).state, find_job(db, job).state
+
+
+@pytest.mark.parametrize("jump", [-HOUR, HOUR], ids=["back", "forward"])
+def test_a_request_is_carried_out_once_across_a_jump_of_the_clock(jump, client, monkeypatch):
+    headers, now = {"Idempotency-Key": f"jump {jump}"}, time.time()
+    first = client.post("/v1/umbmark/sessions", json={}, headers=headers)
+    monkeypatch.setattr(time, "time", lambda: now + jump)
+    expire_sessions_and_requeue_jobs(client.components.database)
+    again = client.post("/v1/umbmark/sessions", json={}, headers=headers)
+    assert again.json() == first.json()
+    assert again.headers["Idempotency-Replayed"] == "true"
+
+
+def test_a_robot_that_is_lost_while_the_database_is_away_is_read_again(client, until, monkeypatch):
+    robot = client.components.robot
+
+    def away(*_):
+        raise OperationalError("update", {}, OSError())
+
+    monkeypatch.setattr(robot, "_reporter", Away(robot._reporter, away))
+    robot.reservation.reserve("some session")
+    robot.reload()
+    until(lambda: robot.reservation.session is None)
+    monkeypatch.undo()
+    until(lambda: client.get("/readyz").status_code == 200)
+    assert robot._thread.is_alive()
+
+
+class Away:
+    """A reporter whose database is away."""
+
+    def __init__(self, reporter, away):
+        self.vehicle = self.interrupted = self.renew = away
+        self.announce = reporter.announce
+
+
+def test_a_full_sqlite_database_refuses_changes_and_goes_on_when_there_is_space(client, started, manual_runs):
+    path, run = started(client), next(manual_runs())
+    database = client.components.database
+    assert client.post(f"{path}/samples", json=run).status_code == 201
+
+    def limit(pages):  # of every connection, as a full disk would
+        @sqlalchemy.event.listens_for(database.engine, "begin", insert=True)
+        def set_limit(connection):
+            connection.exec_driver_sql(f"PRAGMA max_page_count={pages}")
+
+    limit(1)  # SQLite takes the present size for the limit
+    acknowledged, answer = 1, None
+    for _ in range(500):
+        answer = client.post(f"{path}/samples", json=run)
+        if answer.status_code != 201:
+            break
+        acknowledged += 1
+    assert answer.status_code == 503
+    assert "the disk is full" in answer.json()["detail"]
+    assert len(client.get(path).json()["samples"]) == acknowledged
+    limit(1_000_000)
+    assert client.post(f"{path}/samples", json=run).status_code == 201
