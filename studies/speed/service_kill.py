@@ -102,7 +102,7 @@ class Client:
             self.increment()
             if self.chance.random() < 0.3:
                 self.wait_for(SESSIONS, {"how": "drive", "side": 1.0}, 201, 409, 503)
-            if self.chance.random() < 0.05:
+            if not any(path.startswith(DIAGNOSES) for path in tuple(self.acknowledged.waiting)):
                 self.wait_for(DIAGNOSES, {"recordings": [recording]}, 202)
 
     def calibrate(self) -> None:

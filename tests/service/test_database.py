@@ -1,11 +1,14 @@
 """The database: its migrations make the tables that the code means, on both kinds."""
 
 import pytest
+import sqlalchemy
+from alembic import command
 from alembic.autogenerate import compare_metadata
+from alembic.config import Config
 from alembic.migration import MigrationContext
 from sqlalchemy.exc import IntegrityError
 
-from omnimate.service.store.database import Database, DatabaseError
+from omnimate.service.store.database import MIGRATIONS, Database, DatabaseError
 from omnimate.service.store.tables import Base, KeyRow
 
 
@@ -14,6 +17,67 @@ def test_the_migrations_make_the_tables_of_the_code(database_url):
     with database.engine.connect() as connection:
         assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
     database.close()
+
+
+VALUES = {"floor": "", "content": b"zip"}  # of columns whose later form depends on them
+DEFAULTS = {
+    "jobs": {"kind": "diagnose", "priority": 0},
+    "findings": {"floor": ""},
+}  # of columns that are added
+
+
+def rows_of(connection):
+    """Return the only row of each table that has one."""
+    tables = sqlalchemy.MetaData()
+    tables.reflect(connection)
+    return {
+        table.name: dict(row)
+        for table in tables.sorted_tables
+        if table.name != "alembic_version"
+        for row in connection.execute(table.select()).mappings()
+    }
+
+
+def fill(connection):
+    """Add a row to each table, every column of it filled."""
+    tables = sqlalchemy.MetaData()
+    tables.reflect(connection)
+    for table in tables.sorted_tables:
+        if table.name != "alembic_version":
+            row = {
+                column.name: VALUES.get(column.name, "1" if column.type.python_type is str else 1)
+                for column in table.columns
+            }
+            if table.name == "findings":
+                row["kind"] = "place"
+            connection.execute(table.insert().values(row))
+
+
+@pytest.mark.parametrize("revision", ["0001", "0002", "0003", "0004"])
+def test_the_rows_of_every_released_schema_are_in_the_newest_one(revision, database_url):
+    engine, config = sqlalchemy.create_engine(database_url), Config()
+    config.set_main_option("script_location", str(MIGRATIONS))
+    with engine.begin() as connection:
+        tables = sqlalchemy.MetaData()
+        tables.reflect(connection)
+        tables.drop_all(connection)
+        config.attributes["connection"] = connection
+        command.upgrade(config, revision)
+        fill(connection)
+        before = rows_of(connection)
+    Database(database_url).close()
+    with engine.connect() as connection:
+        after = rows_of(connection)
+    engine.dispose()
+    content = before["recordings"].pop("content", None)
+    if content is not None:
+        before["recording_contents"] = {"id": "1", "content": content}
+    assert after.keys() == before.keys()
+    for table, row in before.items():
+        added = dict.fromkeys(after[table].keys() - row.keys()) | {
+            name: value for name, value in DEFAULTS.get(table, {}).items() if name not in row
+        }
+        assert after[table] == row | added
 
 
 def test_a_change_is_made_whole_or_not_at_all(database_url):
