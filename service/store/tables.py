@@ -28,7 +28,7 @@ from omnimate.vehicle.parameters import TruckName
 
 if TYPE_CHECKING:
     from sqlalchemy import ColumnElement
-    from sqlalchemy.orm import Session
+    from sqlalchemy.orm import InstrumentedAttribute, Session
 
 
 class JsonText(TypeDecorator[Any]):
@@ -257,7 +257,9 @@ class DeliveryRow(ListedRow):
 Row = TypeVar("Row", bound=ListedRow)
 
 
-def lease_ended(lease: ColumnElement[float | None], now: float, duration: float) -> ColumnElement[bool]:
+def lease_ended(
+    lease: InstrumentedAttribute[float | None], now: float, duration: float
+) -> ColumnElement[bool]:
     """Return whether a lease of a duration [s] is over, by the wall clock of the service that asks.
 
     One that ends later than a lease can was taken before the clock was set back. Clocks of services may
