@@ -84,6 +84,13 @@ class MediaTypeError(ServiceError):
     status, title = 415, "Of another kind"
 
 
+class TooManyError(ServiceError):
+    """One caller asks for more than is reserved for each."""
+
+    status, title = 429, "Too many"
+    headers = {"Retry-After": "30"}  # noqa: RUF012
+
+
 class UnavailableError(ServiceError):
     """Something that the service needs is not available now."""
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import secrets
 import time
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
-from sqlalchemy import select
+from sqlalchemy import func, select
 
-from omnimate.service.errors import NotFoundError, StateError
-from omnimate.service.store.tables import JobRow, RecordingRow
+from omnimate import __version__
+from omnimate.service.errors import NotFoundError, StateError, TooManyError
+from omnimate.service.store.tables import JobRow, RecordingRow, find_row
 from omnimate.service.umbmark.models import Id, RequestModel, RowModel
 
 if TYPE_CHECKING:
@@ -48,20 +51,44 @@ class Job(RowModel):
 
 LEASE = 20.0  # [s] after which a service that does not renew its lease is considered dead
 MAX_ATTEMPTS = 3
+MAX_UNFINISHED = (
+    50  # diagnoses of one key: about half an hour of work, after which those of others have a turn
+)
 ENDED_STATES = ("done", "failed", "cancelled")
 NOUNS: dict[JobKind, str] = {"diagnose": "diagnosis", "batch": "batch"}
 
 
-def add_job(db: Session, recordings: Sequence[str]) -> JobRow:
-    """Queue a diagnosis of recordings.
+def add_job(db: Session, recordings: Sequence[str], caller: str) -> JobRow:
+    """Queue a diagnosis of recordings; one that this version has made already is done at once.
 
     Raises:
         NotFoundError: one of the recordings does not exist.
+        TooManyError: too many diagnoses of the caller wait.
     """
-    for recording in recordings:
-        if db.get(RecordingRow, recording) is None:
-            raise NotFoundError("recording", recording)
-    return queue_job(db, kind="diagnose", recordings=list(recordings))
+    rows = [find_row(db, RecordingRow, recording) for recording in recordings]
+    content = _content(rows)
+    same = select(JobRow).where(JobRow.content == content, JobRow.state == "done").limit(1)
+    known = None if content is None else db.scalars(same).first()
+    columns = {"kind": "diagnose", "recordings": list(recordings), "caller": caller, "content": content}
+    if known is not None:
+        row = queue_job(db, **columns, verdict=known.verdict, says=known.says)
+        row.result, row.report = known.result, known.report
+        row.state, row.progress, row.doing = "done", 1.0, ""
+        return row
+    mine = (JobRow.kind == "diagnose") & (JobRow.caller == caller) & JobRow.state.not_in(ENDED_STATES)
+    if (db.scalar(select(func.count()).where(mine)) or 0) >= MAX_UNFINISHED:
+        raise TooManyError(
+            f"{MAX_UNFINISHED} diagnoses of this key wait or run; ask again when some have ended"
+        )
+    return queue_job(db, **columns)
+
+
+def _content(recordings: Sequence[RecordingRow]) -> str | None:
+    """Return a hash of all that a diagnosis depends on; None where a recording has no hash."""
+    named = [(row.name, row.sha256) for row in recordings]
+    if any(digest is None for _, digest in named):
+        return None
+    return hashlib.sha256(json.dumps([__version__, named]).encode()).hexdigest()
 
 
 def queue_job(db: Session, **columns: Any) -> JobRow:  # noqa: ANN401  # of `JobRow`

@@ -27,10 +27,13 @@ REPORT_HEADERS = {
 
 @router.post("", operation_id="startDiagnosis", status_code=202, response_model=Job)
 def start(body: DiagnosisStart, call: Operating) -> Response:
-    """Start a diagnosis of recordings, which are all of one robot."""
+    """Start a diagnosis of recordings, which are all of one robot.
+
+    It is done at once where this version of the service has diagnosed the same recordings before.
+    """
 
     def act(db: Db) -> Answer:
-        row = add_job(db, body.recordings)
+        row = add_job(db, body.recordings, call.caller.name)
         return Answer(Job.of(row), 202, {"Location": f"{router.prefix}/{row.id}"})
 
     response = call.change(body, act)

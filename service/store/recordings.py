@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import secrets
 import tempfile
 import time
@@ -47,6 +48,7 @@ class RecordingStore:
             laps=0 if recording.run is None else len(recording.run.laps),
             poses=0 if recording.poses is None else len(recording.poses.time),
             size=len(content),
+            sha256=hashlib.sha256(content).hexdigest(),
             created=time.time(),
         )
         with self._database.writing() as db:

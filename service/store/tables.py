@@ -127,6 +127,7 @@ class RecordingRow(ListedRow):
     laps: Mapped[int]
     poses: Mapped[int]
     size: Mapped[int]
+    sha256: Mapped[str | None] = mapped_column(String(64))  # of the zip; None for one of an earlier version
 
 
 class RecordingFileRow(Base):
@@ -149,7 +150,11 @@ class JobRow(ListedRow):
     """A diagnosis, or a batch of a fleet; at the time `lease` its owner is considered dead."""
 
     __tablename__ = "jobs"
-    __table_args__ = (Index("jobs_by_age", "created", "id"), Index("jobs_by_state", "state"))
+    __table_args__ = (
+        Index("jobs_by_age", "created", "id"),
+        Index("jobs_by_state", "state"),
+        Index("jobs_by_content", "content"),
+    )
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
     kind: Mapped[str] = mapped_column(String(20), default="diagnose")
     fleet: Mapped[str | None] = mapped_column(String(64))
@@ -157,6 +162,8 @@ class JobRow(ListedRow):
     summary: Mapped[dict[str, Any] | None] = mapped_column(JsonText)  # what a batch did
     priority: Mapped[int] = mapped_column(default=0)  # higher ones first
     recordings: Mapped[list[str]] = mapped_column(JsonText)
+    caller: Mapped[str | None] = mapped_column(String(16))  # id of the key that asked for it
+    content: Mapped[str | None] = mapped_column(String(64))  # hash of all that its result depends on
     state: Mapped[str] = mapped_column(String(20))
     progress: Mapped[float]
     doing: Mapped[str] = mapped_column(String(200))

@@ -207,6 +207,21 @@ def trial(
     chance, acknowledged = random.Random(seed), Acknowledged()
     services = [Service(folder, database) for _ in range(count)]
     clients = [Client(services, acknowledged, 100 * seed + number) for number in range(CLIENTS)]
+    try:
+        _load_and_kill(folder, database, clients, kills, chance)
+        return acknowledged, acknowledged.problems + differences(clients[0]), stuck(clients[0])
+    finally:
+        for client in clients:
+            client.http.close()
+        for service in services:
+            service.stop()
+
+
+def _load_and_kill(
+    folder: Path | str, database: str, clients: list[Client], kills: int, chance: random.Random
+) -> None:
+    """Let clients call their services, of which one after the other is killed and started again."""
+    services, acknowledged = clients[0].services, clients[0].acknowledged
     sent = {"content": counter_text(0), "headers": {"Content-Type": "application/toml"}}
     clients[0].send("POST", VEHICLES, 201, **sent)
     sent = {"content": recording_zip(folder), "headers": {"Content-Type": "application/zip"}}
@@ -218,18 +233,13 @@ def trial(
                 acknowledged.sampled.clear()
                 acknowledged.sampled.wait(PATIENCE)
                 time.sleep(chance.uniform(0.0, 2.0))
-                victim = chance.randrange(count)
+                victim = chance.randrange(len(services))
                 services[victim].kill()
                 services[victim] = Service(folder, database)
         finally:
             acknowledged.ending.set()
         for client in running:
             client.result()
-    found = acknowledged.problems + differences(clients[0])
-    left = stuck(clients[0])
-    for service in services:
-        service.stop()
-    return acknowledged, found, left
 
 
 def main() -> None:

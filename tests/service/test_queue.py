@@ -5,11 +5,12 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from omnimate.service.errors import NotFoundError, StateError
+from omnimate.service.errors import NotFoundError, StateError, TooManyError
 from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
 from omnimate.service.jobs.queue import (
     ENDED_STATES,
     MAX_ATTEMPTS,
+    MAX_UNFINISHED,
     Job,
     add_job,
     cancel_job,
@@ -44,12 +45,12 @@ def empty(database):
 
 def test_a_job_needs_recordings_that_are_there(empty):
     with empty.writing() as db, pytest.raises(NotFoundError, match="recording 'none'"):
-        add_job(db, ["rec", "none"])
+        add_job(db, ["rec", "none"], "local")
 
 
 def test_a_job_that_died_is_tried_again_and_then_fails_with_its_reason(empty):
     with empty.writing() as db:
-        job_id = add_job(db, ["rec"]).id
+        job_id = add_job(db, ["rec"], "local").id
     for attempt in range(1, MAX_ATTEMPTS + 1):
         with empty.writing() as db:
             assert claim_job(db, "this") == job_id
@@ -62,7 +63,7 @@ def test_a_job_that_died_is_tried_again_and_then_fails_with_its_reason(empty):
 
 def test_a_job_whose_service_is_stopped_is_queued_again_however_often(empty):
     with empty.writing() as db:
-        job_id = add_job(db, ["rec"]).id
+        job_id = add_job(db, ["rec"], "local").id
     for _ in range(2 * MAX_ATTEMPTS):
         with empty.writing() as db:
             assert claim_job(db, "this") == job_id
@@ -73,9 +74,45 @@ def test_a_job_whose_service_is_stopped_is_queued_again_however_often(empty):
 
 def test_a_job_of_another_service_is_not_touched(empty):
     with empty.writing() as db:
-        job_id = add_job(db, ["rec"]).id
+        job_id = add_job(db, ["rec"], "local").id
         claim_job(db, "this")
         assert job_of(db, job_id, "another") is None
+
+
+def test_the_same_recordings_are_diagnosed_once(empty):
+    with empty.writing() as db:
+        db.get(RecordingRow, "rec").sha256 = "a" * 64
+        first = add_job(db, ["rec"], "one")
+        db.flush()
+        assert claim_job(db, "this") == first.id
+        assert add_job(db, ["rec"], "another").state == "queued"  # the first one has not ended
+        finish_job(first, SUCCESS)
+        first.verdict, first.result = SUCCESS["verdict"], SUCCESS["result"]
+        db.flush()
+        again = add_job(db, ["rec"], "another")
+        assert (again.state, again.verdict, again.result) == ("done", "agreement", "{}")
+        db.get(RecordingRow, "rec").sha256 = "b" * 64
+        db.flush()
+        assert add_job(db, ["rec"], "another").state == "queued"
+
+
+def test_recordings_of_an_earlier_version_have_no_hash_and_are_diagnosed_each_time(empty):
+    with empty.writing() as db:
+        first = add_job(db, ["rec"], "one")
+        finish_job(first, SUCCESS)
+        db.flush()
+        assert add_job(db, ["rec"], "one").state == "queued"
+
+
+def test_a_key_that_has_queued_too_much_is_refused_and_others_are_not(empty):
+    with empty.writing() as db:
+        jobs = [add_job(db, ["rec"], "one").id for _ in range(MAX_UNFINISHED)]
+        with pytest.raises(TooManyError, match="50 diagnoses of this key"):
+            add_job(db, ["rec"], "one")
+        add_job(db, ["rec"], "another")
+        cancel_job(db, jobs[0])
+        db.flush()
+        add_job(db, ["rec"], "one")
 
 
 class Queue(RuleBasedStateMachine):
@@ -93,7 +130,7 @@ class Queue(RuleBasedStateMachine):
     @rule()
     def add(self):
         with self.database.writing() as db:
-            add_job(db, ["rec"])
+            add_job(db, ["rec"], "local")
 
     @rule(instance=st.sampled_from(["this", "another"]))
     def claim(self, instance):

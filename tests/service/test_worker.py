@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from omnimate.service.store.tables import JobRow
+from omnimate.service.store.tables import JobRow, RecordingRow
 
 PATH = "/v1/diagnoses"
 ENDED = {"done", "failed", "cancelled"}
@@ -15,6 +15,14 @@ ENDED = {"done", "failed", "cancelled"}
 def recording(client, uploaded):
     """The id of a short recording, which is too little to diagnose anything from."""
     return uploaded(client, 0.5, calibrated=True)
+
+
+@pytest.fixture
+def undiagnosed(client, recording):
+    """The recording without the hash by which its diagnosis would be found again."""
+    with client.components.database.writing() as db:
+        db.get(RecordingRow, recording).sha256 = None
+    return recording
 
 
 def test_a_diagnosis_is_done_and_can_be_read(client, recording, until):
@@ -29,10 +37,13 @@ def test_a_diagnosis_is_done_and_can_be_read(client, recording, until):
     report = client.get(f"{location}/report")
     assert "<html" in report.text
     assert "sandbox" in report.headers["content-security-policy"]
+    again = client.post(PATH, json={"recordings": [recording]})
+    assert (again.json()["state"], again.json()["attempts"]) == ("done", 0)
+    assert client.get(f"{again.headers['Location']}/report").text == report.text
 
 
-def test_what_its_process_dies_of_is_tried_again_and_then_given_up(client, recording, until):
-    location = client.post(PATH, json={"recordings": [recording]}).headers["Location"]
+def test_what_its_process_dies_of_is_tried_again_and_then_given_up(client, undiagnosed, until):
+    location = client.post(PATH, json={"recordings": [undiagnosed]}).headers["Location"]
 
     def killed():
         for child in multiprocessing.active_children():
@@ -59,8 +70,8 @@ def test_what_a_dead_service_worked_at_is_taken_up(client, recording, until):
     assert client.get(f"{PATH}/orphan").json()["attempts"] == 2
 
 
-def test_a_cancelled_diagnosis_ends(client, recording, until):
-    location = client.post(PATH, json={"recordings": [recording]}).headers["Location"]
+def test_a_cancelled_diagnosis_ends(client, undiagnosed, until):
+    location = client.post(PATH, json={"recordings": [undiagnosed]}).headers["Location"]
     assert client.post(f"{location}/cancel").json()["state"] == "cancelled"
     assert client.post(f"{location}/cancel").status_code == 409
     until(lambda: not multiprocessing.active_children())
