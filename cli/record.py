@@ -55,6 +55,7 @@ def record(
     from omnimate.driver.errors import DrivesStopped
     from omnimate.driver.robot.passive import PassiveReader
     from omnimate.driver.robot.recorder import Recorder
+    from omnimate.vehicle.errors import RecordingError
 
     robot = nominal_vehicle(vehicle)
     program = None
@@ -73,7 +74,7 @@ def record(
     except BaseException:
         recorder.discard()
         raise
-    stopped = None
+    failure: DrivesStopped | RecordingError | None = None
     try:
         with _closing(recorder, reader), contextlib.suppress(KeyboardInterrupt):
             say(f"{'listening' if listen_only else 'reading'}: {bus}; Ctrl-C ends it")
@@ -81,15 +82,17 @@ def record(
                 drive_program(reader, program, recorder, seconds=seconds)
             else:
                 _follow(reader.samples(), robot, seconds)
-    except DrivesStopped as error:
-        stopped = error
+    except (DrivesStopped, RecordingError) as error:
+        failure = error
     if reader.report().syncs == 0:
         recorder.discard()
         raise CallError(f"{bus}: ended before the first SYNC; nothing was recorded")
     show_report(reader.report())
     say(f"recording: {folder}")
-    if stopped is not None:
-        raise CallError(f"{stopped}: {_same_call(folder)}") from stopped
+    if isinstance(failure, RecordingError):
+        raise failure
+    if failure is not None:
+        raise CallError(f"{failure}: {_same_call(folder)}") from failure
 
 
 def _same_call(folder: Path) -> str:

@@ -42,7 +42,11 @@ class FrameSink(Protocol):
         ...
 
     def frame(self, at: float, message: can.Message) -> None:
-        """Take a frame as it was sent or received at `at` [s]."""
+        """Take a frame as it was sent or received at `at` [s].
+
+        Raises:
+            OSError: It cannot be recorded; the driver reports that, and goes on.
+        """
         ...
 
 
@@ -60,6 +64,7 @@ class BusNetwork(Network):
         recorder: Gets every frame that is sent or received; None for none.
         handler: Gets every frame that `pump` reads, with the time at which it was on the bus [s].
         on_wait: Called before each wait of `pump`, which then ends after `LONGEST_WAIT`; None for nothing.
+        on_unrecorded: Called with the time of a frame [s] that the recorder could not take, and why.
         arrival: When the last frame that was received was on the bus, on the recording's clock [s].
     """
 
@@ -70,6 +75,7 @@ class BusNetwork(Network):
         self.recorder = recorder
         self.handler: Callable[[can.Message, float], None] = lambda _message, _arrival: None
         self.on_wait: Callable[[], None] | None = None
+        self.on_unrecorded: Callable[[float, OSError], None] = lambda _at, _error: None
         self.arrival = 0.0
         self._lock = threading.Lock()
         self._sync = can.Message(arbitration_id=SYNC_ID, is_extended_id=False, is_rx=False)
@@ -138,7 +144,7 @@ class BusNetwork(Network):
         self.arrival = self.clock.frame_time(message.timestamp)
         if self.recorder is not None:
             with self._lock:
-                self.recorder.frame(self.arrival, message)
+                self._record(self.recorder, self.arrival, message)
         return message
 
     def pump(self, timeout: float) -> None:
@@ -158,7 +164,14 @@ class BusNetwork(Network):
         with self._lock:
             self._put(message)
             if self.recorder is not None:
-                self.recorder.frame(self.clock.now() if at is None else at, message)
+                self._record(self.recorder, self.clock.now() if at is None else at, message)
+
+    def _record(self, recorder: FrameSink, at: float, message: can.Message) -> None:
+        """Record a frame where that is possible: a robot drives on when its disk is full."""
+        try:
+            recorder.frame(at, message)
+        except OSError as error:
+            self.on_unrecorded(at, error)
 
     def _put(self, message: can.Message) -> None:
         """Hand a frame to the interface; wait a moment where its queue is full.

@@ -67,7 +67,8 @@ class Driver:
             vehicle: Vehicle as its owner believes it to be.
             bus: URL, which is opened again when the bus is lost, or a bus that the caller owns.
             clock: Pace of SYNC; the wall clock where it is None.
-            recorder: Gets every frame that is sent or received; None for none.
+            recorder: Gets every frame that is sent or received; None for none. Frames that it cannot record
+                are one event of the report, with their number.
             descriptions: What EDS and DCF files describe, by node id; none is needed.
             patience: Time in which a lost bus must come back [s].
             watchdog: Time without a command after which the wheels are stopped [s].
@@ -83,6 +84,7 @@ class Driver:
         self._monitor = Monitor(vehicle, self._clock)
         self._monitor.on_sdo = self._network.notify
         self._network.handler = self._monitor.take
+        self._network.on_unrecorded = self._monitor.events.unrecorded
         self._events, self._supervision = self._monitor.events, self._monitor.supervision
         self._descriptions = descriptions or {}
         dictionaries = {node: eds.dictionary for node, eds in self._descriptions.items()}

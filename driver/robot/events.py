@@ -61,6 +61,11 @@ class EventLog:
         else:
             self.dropped += 1
 
+    def unrecorded(self, at: float, error: OSError) -> None:
+        """Count a frame at a time [s] that could not be recorded: all of them are one event."""
+        what = f"recording: {error.strerror or error}; frames are missing from it"
+        self.add(at, None, what, is_problem=True)
+
     def all(self) -> tuple[Event, ...]:
         """Return the events in order of their first time."""
         return tuple(sorted(self._events.values(), key=lambda event: event.time))

@@ -64,6 +64,7 @@ class PassiveReader:
             open_bus(bus, vehicle.bus.bitrate) if isinstance(bus, str) else bus, self._clock, recorder
         )
         self._monitor = Monitor(vehicle, self._clock)
+        self._network.on_unrecorded = self._monitor.events.unrecorded
         nodes = nodes_of(vehicle)
         masters = {
             NMT_ID,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -18,7 +20,7 @@ from omnimate.vehicle.file import save_vehicle
 from omnimate.vehicle.recording import Lap, Poses, Run
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     import can
 
@@ -27,7 +29,10 @@ if TYPE_CHECKING:
 
 
 class Recorder:
-    """A recording folder that is complete at any moment: a crash costs only what was not yet on the bus.
+    """A recording folder that is complete at any moment: a crash costs the last half second at most.
+
+    Where the disk refuses, as one that is full, frames are left out until it takes them again. Other files
+    that it refuses are written with the next of them, or by `close`.
 
     Attributes:
         folder: Folder of the recording.
@@ -56,6 +61,7 @@ class Recorder:
         self._protocol, self._side = protocol, side
         self._laps: list[Lap] = []
         self._latest = -math.inf
+        self._unsaved: dict[str, Callable[[Path], None]] = {}
         self._poses: list[tuple[float, TruckName, Sequence[float], Sequence[float]]] = []
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -75,13 +81,16 @@ class Recorder:
 
     def use(self, vehicle: VehicleParameters) -> None:
         """Replace `vehicle.toml`, after the encoders have reported their ranges."""
-        save_vehicle(vehicle, self.folder / VEHICLE)
+        self._save(VEHICLE, partial(save_vehicle, vehicle))
 
     def frame(self, at: float, message: can.Message) -> None:
         """Write a frame that was on the bus at time `at` [s], or with the frame before where that is later.
 
         Frames come in the order in which they were on the bus; two threads may take their times in another.
         CAN FD frames are none of CANopen's, and are left out.
+
+        Raises:
+            OSError: The disk refuses; the frame is left out.
         """
         if message.is_fd:
             return
@@ -98,7 +107,7 @@ class Recorder:
     def lap(self, direction: Direction, start: float, end: float) -> None:
         """Add a lap from `start` to `end` [s] and write `run.toml`."""
         self._laps.append(Lap(direction, start, end))
-        write_run(Run(self._protocol or "free", self._side, tuple(self._laps)), self.folder / RUN)
+        self._save(RUN, partial(write_run, Run(self._protocol or "free", self._side, tuple(self._laps))))
 
     def pose(self, at: float, truck: TruckName, pose: Sequence[float], sigma: Sequence[float]) -> None:
         """Add an absolute pose and write `poses.csv`.
@@ -114,16 +123,40 @@ class Recorder:
         table = Poses(
             np.array(times, float), np.array(bodies), np.array(poses, float), np.array(sigmas, float)
         )
-        write_poses(table, self.folder / POSES)
+        self._save(POSES, partial(write_poses, table))
 
     def close(self) -> None:
-        """Write everything to disk and close the log."""
-        self._log.close()
+        """Write everything to disk and close the log.
+
+        Raises:
+            RecordingError: The disk refuses the end of the recording; what it took before is there.
+        """
+        try:
+            try:
+                self._log.close()
+            finally:
+                self._save_all()
+        except OSError as error:
+            raise RecordingError(
+                self.folder, f"its end cannot be written: {error.strerror or error}"
+            ) from error
 
     def discard(self) -> None:
         """Remove what has been written, because nothing was driven."""
-        self._log.close()
+        with contextlib.suppress(OSError):
+            self._log.close()
         for name in (LOG, VEHICLE, POSES, RUN):
             (self.folder / name).unlink(missing_ok=True)
         if not any(self.folder.iterdir()):
             self.folder.rmdir()
+
+    def _save(self, name: str, write: Callable[[Path], None]) -> None:
+        """Write a file of the folder, now or later."""
+        self._unsaved[name] = write
+        with contextlib.suppress(OSError):
+            self._save_all()
+
+    def _save_all(self) -> None:
+        for name, write in tuple(self._unsaved.items()):
+            write(self.folder / name)
+            del self._unsaved[name]

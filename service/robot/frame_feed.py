@@ -34,15 +34,19 @@ class FrameFeed:
             self.recorder.use(vehicle)
 
     def frame(self, at: float, message: can.Message) -> None:
-        """Forward a frame that was on the bus at a time [s]."""
+        """Forward a frame that was on the bus at a time [s].
+
+        Raises:
+            OSError: It cannot be recorded.
+        """
         self.frames += 1
-        if self.recorder is not None:
-            self.recorder.frame(at, message)
         if self._readers:
             line = format_frame(Frame(at, message.arbitration_id, bytes(message.data)))
             for reader in self._readers:
                 with contextlib.suppress(queue.Full):
                     reader.put_nowait(line)
+        if self.recorder is not None:
+            self.recorder.frame(at, message)
 
     @contextlib.contextmanager
     def reader(self) -> Iterator[queue.Queue[str]]:

@@ -45,6 +45,19 @@ def test_every_reader_gets_every_frame_as_candump_prints_it_until_its_block_ends
     assert first.empty()
 
 
+def test_a_reader_gets_frames_that_a_full_disk_refuses():
+    class FullDisk(Recorder):
+        def frame(self, at, message):
+            raise OSError
+
+    feed = FrameFeed()
+    feed.recorder = FullDisk()
+    with feed.reader() as lines:
+        with pytest.raises(OSError, match=""):
+            feed.frame(1.5, MESSAGE)
+        assert lines.qsize() == 1
+
+
 def test_a_reader_that_does_not_read_loses_frames_and_delays_nothing():
     feed = FrameFeed()
     with feed.reader() as lines:

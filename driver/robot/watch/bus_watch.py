@@ -27,7 +27,7 @@ from omnimate.files.logs.formats.python_can_logs import frame_of_message
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD
 from omnimate.files.logs.live_table import LiveTable
 from omnimate.files.logs.seen_mapping import seen_object
-from omnimate.vehicle.errors import OmnimateError
+from omnimate.vehicle.errors import OmnimateError, RecordingError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -198,15 +198,21 @@ class BusWatch:
         seen = seen_object(frame)
         if seen is not None:
             self._seen[seen[0]] = seen[1]
-        if isinstance(self._recorder, Recorder):
-            self._recorder.frame(at, message)
-        elif self._recorder is not None:
-            self._recorder.write_frame(frame._replace(time=at))
+        try:
+            if isinstance(self._recorder, Recorder):
+                self._recorder.frame(at, message)
+            elif self._recorder is not None:
+                self._recorder.write_frame(frame._replace(time=at))
+        except OSError as error:
+            self._log.unrecorded(at, error)
 
     def _switch_recording(self, target: Path | None) -> None:
         if self._recorder is not None:
-            self._recorder.close()
-            self._log.add(self._clock.now(), None, f"recorded: {self._target}")
+            try:
+                self._recorder.close()
+                self._log.add(self._clock.now(), None, f"recorded: {self._target}")
+            except (OSError, RecordingError) as error:
+                self._log.add(self._clock.now(), None, in_one_line(error), is_problem=True)
             self._recorder = self._target = None
         if target is None:
             return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gzip
 import os
 import threading
@@ -21,7 +22,8 @@ class CandumpWriter:
     """Writes frames as candump prints them.
 
     A thread of its own puts what was written on disk every `sync_interval`, also while the bus is silent;
-    the end of the process or of the machine loses that much at most.
+    the end of the process or of the machine loses that much at most. Where the disk refuses, frames are left
+    out until it takes again what was written before; a compressed log ends there.
 
     Attributes:
         path: Path of the file.
@@ -35,6 +37,9 @@ class CandumpWriter:
             path: Path of the file; `.gz` is compressed.
             form: Form of the lines: `log` as `candump -L`, or `ta` as `candump -ta`.
             sync_interval: Wall-clock time between two requests to the disk [s].
+
+        Raises:
+            OSError: The file cannot be opened.
         """
         self.path = Path(path)
         self.form = form
@@ -43,6 +48,7 @@ class CandumpWriter:
         if self.path.suffix == ".gz":
             self._file = cast("BinaryIO", gzip.GzipFile("", "wb", fileobj=self._disk))
         self._lock = threading.Lock()
+        self._refusal: OSError | None = None
         self._closing = threading.Event()
         self._syncer = threading.Thread(target=self._sync_regularly, args=(sync_interval,), daemon=True)
         self._syncer.start()
@@ -57,37 +63,62 @@ class CandumpWriter:
         length: int | None = None,
         channel: str = DEFAULT_CHANNEL,
     ) -> None:
-        """Write one frame; the arguments are those of `omnimate.files.logs.frames.Frame`."""
+        """Write one frame; arguments as of `omnimate.files.logs.frames.Frame`, errors as `write_frame`."""
         self.write_frame(Frame(time, can_id, data, flags, length, channel))
 
     def write_frame(self, frame: Frame) -> None:
-        """Write one frame."""
+        """Write one frame.
+
+        Raises:
+            OSError: The disk refuses, as one that is full; the frame is left out.
+        """
         line = format_frame(frame, self.form).encode() + b"\n"
         with self._lock:
-            self._file.write(line)
+            if self._refusal is not None:
+                raise OSError(*self._refusal.args)
+            try:
+                self._file.write(line)
+            except OSError as error:
+                self._refusal = error
+                raise
 
     def sync(self) -> None:
-        """Put on disk what was written so far."""
-        with self._lock:
-            if self._disk.closed:
-                return
-            self._file.flush()
-            self._disk.flush()
-            handle = os.dup(self._disk.fileno())
+        """Put on disk what was written so far.
+
+        Raises:
+            OSError: The disk refuses; frames are left out until a later call succeeds.
+        """
         try:
-            os.fsync(handle)  # may take long, and nothing waits for it
-        finally:
-            os.close(handle)
+            with self._lock:
+                if self._disk.closed:
+                    return
+                self._file.flush()
+                self._disk.flush()
+                handle = os.dup(self._disk.fileno())
+            try:
+                os.fsync(handle)  # may take long, and nothing waits for it
+            finally:
+                os.close(handle)
+        except OSError as error:
+            self._refusal = error
+            raise
+        self._refusal = None
 
     def close(self) -> None:
-        """Put everything on disk and close the file; a second call does nothing."""
+        """Put everything on disk and close the file; a second call does nothing.
+
+        Raises:
+            OSError: The disk refuses the last frames; the file is closed all the same.
+        """
         self._closing.set()
         if self._syncer is not threading.current_thread():
             self._syncer.join()
-        self.sync()
-        with self._lock:
-            self._file.close()
-            self._disk.close()
+        try:
+            self.sync()
+        finally:
+            with self._lock, contextlib.ExitStack() as files:
+                files.callback(self._disk.close)
+                files.callback(self._file.close)
 
     def __enter__(self) -> Self:
         return self
@@ -99,4 +130,5 @@ class CandumpWriter:
 
     def _sync_regularly(self, interval: float) -> None:
         while not self._closing.wait(interval):
-            self.sync()
+            with contextlib.suppress(OSError):  # `write_frame` raises it
+                self.sync()

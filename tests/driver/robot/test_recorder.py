@@ -1,13 +1,19 @@
 from __future__ import annotations
 
+import errno
+import os
+
 import can
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from omnimate.driver.robot import recorder as recorder_module
 from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.files.recordings.folder import load_recording
+from omnimate.files.recordings.poses_csv import read_poses
+from omnimate.files.recordings.run_toml import read_run
 from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.file import load_vehicle
 
@@ -101,3 +107,40 @@ def test_foreign_frames_are_recorded_as_what_they_are(kit, tmp_path):
         recorder.frame(3.0, kit.frame(0x181))
     content = [line.split()[2] for line in (tmp_path / "can.log").read_text().splitlines()]
     assert content == ["18FF1234#01", "701#R1", "181#"]
+
+
+def refuse(*_arguments):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_a_driver_goes_on_when_the_disk_is_full_and_reports_once_how_many_frames_are_missing(
+    kit, tmp_path, monkeypatch
+):
+    writer = recorder_module.CandumpWriter
+    monkeypatch.setattr(
+        recorder_module, "CandumpWriter", lambda _path: writer("/dev/full", sync_interval=3600.0)
+    )
+    bus, vehicle = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)]), kit.one_truck()
+    recorder = Recorder(tmp_path, vehicle)
+    with Driver(vehicle, bus, clock=kit.Clock(), recorder=recorder) as driver:
+        driver.configure()
+        samples = [driver.cycle() for _ in range(500)]
+        (problem,) = driver.report().problems
+    assert all(all(sample.present) for sample in samples)
+    assert problem.what == "recording: No space left on device; frames are missing from it"
+    assert problem.count > 1000
+    assert problem.last == pytest.approx(samples[-1].time, abs=0.01)
+    with pytest.raises(RecordingError, match="its end cannot be written: No space left"):
+        recorder.close()
+
+
+def test_laps_and_poses_that_a_full_disk_refuses_are_written_when_there_is_space(kit, tmp_path, monkeypatch):
+    recorder = Recorder(tmp_path, kit.one_truck())
+    with monkeypatch.context() as full:
+        full.setattr(os, "fsync", refuse)
+        recorder.lap("cw", 100.0, 100.05)
+        recorder.pose(100.03, "a", (1.0, 2.0, 0.5), (0.01, 0.01, 0.1))
+        assert not (tmp_path / "run.toml").exists()
+    recorder.close()
+    assert len(read_run(tmp_path / "run.toml").laps) == 1
+    assert len(read_poses(tmp_path / "poses.csv").time) == 1

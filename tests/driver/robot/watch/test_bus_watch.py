@@ -7,6 +7,7 @@ import can
 import pytest
 
 from omnimate.driver.errors import BusError
+from omnimate.driver.robot import recorder
 from omnimate.driver.robot.bus_load import frame_bits
 from omnimate.driver.robot.watch import bus_watch
 from omnimate.driver.robot.watch.bus_watch import BusWatch
@@ -131,6 +132,19 @@ def test_a_recording_that_cannot_be_written_is_told_and_the_watch_goes_on(kit, t
     seen = watched(Bus(robot_frames(kit, (1, 2))), kit.one_truck(), tmp_path)
     assert seen.frames == 6
     assert any("it holds a recording" in event.what for event in seen.events)
+
+
+@pytest.mark.parametrize("with_vehicle", [False, True])
+def test_a_disk_without_space_is_reported_and_the_bus_is_not_lost(kit, tmp_path, monkeypatch, with_vehicle):
+    writer = bus_watch.CandumpWriter
+    for module in (bus_watch, recorder):
+        monkeypatch.setattr(module, "CandumpWriter", lambda _path: writer("/dev/full", sync_interval=3600.0))
+    vehicle = kit.one_truck() if with_vehicle else None
+    seen = watched(Bus(robot_frames(kit, range(400))), vehicle, tmp_path / "drive")
+    missing, _ = (event.what for event in seen.events if "No space left" in event.what)
+    assert "frames are missing" in missing
+    assert seen.frames == 1200
+    assert not any("bus lost" in event.what for event in seen.events)
 
 
 @pytest.mark.parametrize("with_vehicle", [False, True])

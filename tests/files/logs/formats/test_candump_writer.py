@@ -1,5 +1,6 @@
 """The writer of live logs: nothing that was written is lost."""
 
+import errno
 import gzip
 import os
 import threading
@@ -71,3 +72,49 @@ def test_gzip_is_chosen_by_the_suffix(tmp_path):
     write(tmp_path / "can.log.gz").close()
     with gzip.open(tmp_path / "can.log.gz") as file:
         assert len(file.read().splitlines()) == len(FRAMES)
+
+
+def refuse(_handle):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_while_the_disk_refuses_frames_are_left_out_and_what_it_took_is_whole(tmp_path, monkeypatch):
+    writer = write(tmp_path / "can.log", sync_interval=3600.0)
+    with monkeypatch.context() as full:
+        full.setattr(os, "fsync", refuse)
+        for attempt in (writer.sync, lambda: writer.write(1700000001.0, 0x701)):
+            with pytest.raises(OSError, match="No space left"):
+                attempt()
+    writer.sync()
+    writer.write(1700000002.0, 0x702)
+    writer.close()
+    frames = list(read_log(tmp_path / "can.log").frames)
+    assert [frame.can_id for frame in frames[len(FRAMES) - 1 :]] == [FRAMES[-1].can_id, 0x702]
+
+
+def test_the_thread_asks_a_disk_again_that_has_refused(tmp_path, monkeypatch):
+    calls, synced = [], threading.Event()
+
+    def refuse_once(handle):
+        calls.append(handle)
+        if len(calls) == 1:
+            refuse(handle)
+        synced.set()
+
+    monkeypatch.setattr(os, "fsync", refuse_once)
+    with CandumpWriter(tmp_path / "can.log", sync_interval=0.001):
+        assert synced.wait(60.0)
+
+
+def test_a_full_disk_is_an_error_of_write_and_close_and_the_file_is_closed():
+    writer = CandumpWriter("/dev/full", sync_interval=3600.0)
+    refused = 0
+    for _ in range(1000):
+        try:
+            writer.write(1.0, 0x701)
+        except OSError as error:
+            refused += error.errno == errno.ENOSPC
+    assert refused > 500
+    with pytest.raises(OSError, match="No space left"):
+        writer.close()
+    writer.close()
