@@ -15,7 +15,7 @@ import typer
 
 from omnimate.cli.console import out, progress_bar, report_problem
 from omnimate.cli.tables import new_table, show
-from studies.faults.script import BUS_FAULTS, LENGTH, NODE_FAULTS, Script, draw, shrink
+from studies.faults.script import BUS_FAULTS, DISK_FAULTS, LENGTH, NODE_FAULTS, Script, draw, shrink
 from studies.faults.session import PHASES, Outcome, run
 
 SHRUNKEN = 3  # failing sessions that are shortened: each takes minutes
@@ -82,7 +82,7 @@ def _show(outcomes: list[Outcome]) -> None:
     table = new_table("faults injected in each phase, and reported of those that must be", ("fault",))
     for head in (*PHASES, "must be reported", "reported"):
         table.add_column(head, justify="right")
-    for kind in (*NODE_FAULTS, *BUS_FAULTS):
+    for kind in (*NODE_FAULTS, *BUS_FAULTS, *DISK_FAULTS):
         cells = [injected[kind, phase] for phase in PHASES]
         cells += [sum(tally[kind, phase] for phase in PHASES) for tally in (expected, reported)]
         table.add_row(kind, *map(str, cells))

@@ -16,7 +16,8 @@ DEVICE_FAULTS: dict[str, type[DeviceFault]] = {fault.name: fault for fault in FA
 NMT_COMMANDS = {"nmt stop": 0x02, "nmt pre-operational": 0x80, "nmt reset": 0x81, "nmt communication": 0x82}
 NODE_FAULTS = (*DEVICE_FAULTS, *NMT_COMMANDS, "trip", "twin")
 BUS_FAULTS = ("adapter", "power", "burst", "loss", "sync")
-INSTANT = frozenset({*NMT_COMMANDS, "trip"})
+DISK_FAULTS = ("disk full", "torn write")
+INSTANT = frozenset({*NMT_COMMANDS, "trip", "torn write"})
 LENGTH = 120.0  # [s] of a session
 QUIET = 30.0  # [s] at its end without a fault, in which everything must come back
 LONGEST = 4.0  # [s] of a fault
@@ -27,11 +28,12 @@ class Fault:
     """One fault.
 
     Attributes:
-        kind: One of `NODE_FAULTS` or `BUS_FAULTS`: the adapter is away, with the power of the devices too;
-            frames come in a late burst, or some are lost; another device sends SYNC.
+        kind: One of `NODE_FAULTS`; of `BUS_FAULTS`: the adapter is away, with the power of the devices too;
+            frames come in a late burst, or some are lost; another device sends SYNC; of `DISK_FAULTS`: the
+            disk takes nothing; the driver's computer loses its power while blocks wait to be written.
         at: When it begins, after the start of the session [s].
         duration: How long it lasts [s].
-        node: Node that it is of; 0 for the bus.
+        node: Node that it is of; 0 for the bus or the disk.
     """
 
     kind: str
@@ -39,15 +41,30 @@ class Fault:
     duration: float = 0.0
     node: int = 0
 
+    def concerns(self, *nodes: int) -> bool:
+        """Return whether what is seen at one of these nodes, 0 for the bus, may come from it."""
+        if self.kind == "disk full":
+            return False
+        return self.node == 0 or self.node in nodes or self.kind == "babbling"
+
 
 @dataclass(frozen=True, slots=True)
 class Script:
-    """A session: a robot, the seed of its commands and lost frames, and its faults in order of time."""
+    """A session: a robot, the seed of its commands and lost frames, and its faults in order of time.
+
+    Attributes:
+        robot: Key of `ROBOTS`.
+        seed: Seed of commands, lost frames and torn blocks.
+        faults: Faults in order of time.
+        length: Length [s].
+        restarts: When the operator stops the robot, and enables its drives again or opens another driver [s].
+    """
 
     robot: Literal["single", "double"]
     seed: int
     faults: tuple[Fault, ...]
     length: float = LENGTH
+    restarts: tuple[float, ...] = ()
 
 
 def draw(seed: int, number: int) -> Script:
@@ -57,21 +74,28 @@ def draw(seed: int, number: int) -> Script:
     vehicle = ROBOTS[robot]()
     encoders = [encoder.node for encoder in vehicle.encoders]
     drives = [drive.node for drive in vehicle.drives]
+    last = LENGTH - QUIET - LONGEST
+    restarts = tuple(sorted(round(random.uniform(5.0, last - 3.0), 3) for _ in range(random.randint(1, 4))))
     faults: list[Fault] = []
     for _ in range(random.randint(3, 12)):
         when = random.random()
-        if when < 0.15:
-            at = random.uniform(0.0, 0.6)  # in the middle of configuration
-        elif when < 0.45 and faults:
-            at = faults[-1].at + random.uniform(0.0, 1.5)  # at once with the last, or in its recovery
+        if when < 0.2:
+            at = random.choice((0.0, *restarts)) + random.uniform(0.0, 0.6)  # while nodes are configured
+        elif when < 0.45:
+            at = random.choice(restarts) + random.uniform(0.0, 0.25)  # while wheels run down
+        elif when < 0.65 and faults:
+            at = min(
+                faults[-1].at + random.uniform(0.0, 1.5), last
+            )  # at once with the last, or in its recovery
         else:
-            at = random.uniform(0.6, LENGTH - QUIET - LONGEST)
-        kind = random.choice(NODE_FAULTS if random.random() < 0.75 else BUS_FAULTS)
+            at = random.uniform(0.6, last)
+        kind = random.choice(random.choices((NODE_FAULTS, BUS_FAULTS, DISK_FAULTS), (0.65, 0.2, 0.15))[0])
         nodes = drives if kind == "trip" else encoders if kind in {"frozen", "length"} else encoders + drives
-        node = 0 if kind in BUS_FAULTS else random.choice(nodes)
+        node = 0 if kind in {*BUS_FAULTS, *DISK_FAULTS} else random.choice(nodes)
         duration = 0.0 if kind in INSTANT else 10.0 ** random.uniform(-2.0, 0.6)
         faults.append(Fault(kind, round(at, 3), round(duration, 3), node))
-    return Script(robot, random.randrange(1000), tuple(sorted(faults, key=lambda fault: fault.at)))
+    in_order = tuple(sorted(faults, key=lambda fault: fault.at))
+    return Script(robot, random.randrange(1000), in_order, restarts=restarts)
 
 
 def shrink(script: Script, fails: Callable[[Script], bool]) -> Script:

@@ -6,7 +6,6 @@ import hashlib
 import math
 from collections import Counter
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from random import Random
 from tempfile import TemporaryDirectory
@@ -17,12 +16,13 @@ from omnimate.driver.errors import DriverError, DrivesStopped
 from omnimate.driver.robot.driver import Driver, open_driver
 from omnimate.driver.robot.events import Event
 from omnimate.driver.robot.recorder import Recorder
-from omnimate.files.recordings.folder import load_recording
+from omnimate.files.recordings.folder import LOG, load_recording
+from omnimate.vehicle.errors import OmnimateError, RecordingError
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.sample import Sample
-from studies.faults.laws import PoseLaw, expectation, is_explained
-from studies.faults.script import QUIET, ROBOTS, Fault, Script
-from studies.faults.world import START, World, in_time_of
+from studies.faults.laws import ACKNOWLEDGED, PoseLaw, expectation, is_explained
+from studies.faults.script import DISK_FAULTS, QUIET, ROBOTS, Fault, Script
+from studies.faults.world import START, PowerCut, World, in_time_of
 
 URL = "virtual://simulated"
 PHASES = ("configuration", "running", "recovery", "stopping")
@@ -30,7 +30,8 @@ PAUSE = 1.0  # [s] until the operator tries again
 REPORT_TIME = 3.0  # [s] after a fault until when it must be reported
 STOP_TIME = 0.1  # [s] from a drive's fault until all wheels are commanded to stop
 COAST_TIME = 1.5  # [s] without a command until all wheels stand: the drives' watchdog of 0.5 s and a ramp
-RECORDED = 4  # sessions, of which one is recorded to the disk
+BOOT = 3.0  # [s] after a power cut until the driver is started again
+RECORDED = 4  # sessions without a fault of the disk, of which one is recorded
 WATCH = 1.0  # [s] between two looks at the reports
 SETTLE = 10.0  # [s] at the end in which everything must work
 STOPS = frozenset(
@@ -81,6 +82,8 @@ class _Session:
         self._all_present = False
         self._errors: list[Event] = []
         self._samples: list[Sample] = []
+        self._recorder: Recorder | None = None
+        self._restarts = [START + at for at in script.restarts]
         self._seen: dict[tuple[int | None, str], int] = {}
         self._commanded = -math.inf
         self._speeds, self._speeds_until = (0.0, 0.0), -math.inf
@@ -97,26 +100,69 @@ class _Session:
     # The operator
 
     def _open(self) -> None:
-        """Open a driver and drive, until the end or until the driver gives up."""
-        self._is_configuring = True
-        with TemporaryDirectory() as folder, self._recorder(folder) as recorder:
+        """Open a driver and drive, until the end or until the driver or its computer gives up."""
+        self._is_configuring, self._samples = True, []
+        with TemporaryDirectory() as folder:
             try:
-                driver, _ = open_driver(self._vehicle, URL, recorder)
-            except DriverError as error:
+                self._recorder = self._new_recorder(folder)
+                driver, _ = open_driver(self._vehicle, URL, self._recorder)
+                self._run_driver(driver)
+            except (DriverError, RecordingError) as error:
                 self._note(error)
                 self._world.sleep(PAUSE)
-                return
-            self._run_driver(driver)
-            if recorder is not None and all(fault.kind != "sync" for fault in self._script.faults):
-                recorder.close()
-                self._check_recording(load_recording(folder))
+            except PowerCut:
+                self._hash.update(self._world.torn)
+            if self._recorder is not None:
+                self._end_recording(self._recorder)
+        if self._world.cut_at is not None:
+            self._world.sleep(BOOT)
+            self._world.cut_at = None
 
-    def _recorder(self, folder: str) -> AbstractContextManager[Recorder | None]:
-        """Return a recorder in one session of `RECORDED`."""
-        return nullcontext() if self._script.seed % RECORDED else Recorder(folder, self._vehicle)
+    def _new_recorder(self, folder: str) -> Recorder | None:
+        """Return a recorder where the disk fails, and in one session of `RECORDED`; None where it is full."""
+        if self._script.seed % RECORDED and all(
+            fault.kind not in DISK_FAULTS for fault in self._script.faults
+        ):
+            return None
+        try:
+            return Recorder(folder, self._vehicle)
+        except RecordingError as error:
+            self._note(error)
+            return None
+
+    def _end_recording(self, recorder: Recorder) -> None:
+        """Close a recording and check it; after a power cut, what is left of it."""
+        self._recorder = None
+        try:
+            recorder.close()
+        except RecordingError as error:
+            self._note(error)
+        if self._world.cut_at is not None:
+            (recorder.folder / LOG).write_bytes(self._world.torn)
+        acknowledged = self._acknowledged()
+        if acknowledged and all(fault.kind != "sync" for fault in self._script.faults):
+            try:
+                self._check_recording(load_recording(recorder.folder), acknowledged)
+            except OmnimateError as error:
+                self._violate(f"the recording cannot be read: {error}")
+
+    def _acknowledged(self) -> list[Sample]:
+        """Return the samples that the recorder must have put on the disk."""
+        cut = self._world.cut_at
+        lost = [(START + at - ACKNOWLEDGED, START + end + ACKNOWLEDGED) for at, end in self._full()]
+        if cut is not None:
+            lost.append((cut - ACKNOWLEDGED, math.inf))
+        return [
+            sample for sample in self._samples if not any(start < sample.time < end for start, end in lost)
+        ]
+
+    def _full(self) -> list[tuple[float, float]]:
+        """Return from when until when the disk is full [s]."""
+        faults = self._script.faults
+        return [(fault.at, fault.at + fault.duration) for fault in faults if fault.kind == "disk full"]
 
     def _run_driver(self, driver: Driver) -> None:
-        self._driver, self._seen, self._samples = driver, {}, []
+        self._driver, self._seen = driver, {}
         try:
             with driver:
                 self._drive(driver)
@@ -125,6 +171,7 @@ class _Session:
             self._note(error)
         finally:
             self._watch(driver)
+            self._errors += driver.report().events
             self._driver = None
 
     def _drive(self, driver: Driver) -> None:
@@ -132,6 +179,8 @@ class _Session:
         try_at, watch_at = self._world.now, self._world.now + WATCH
         settled = self._world.now
         while (now := self._world.now) < self._end:
+            if self._is_restarted(driver, now):
+                return
             if not driver.drives.is_enabled and now >= try_at:
                 try_at = now + PAUSE
                 self._enable(driver)
@@ -154,6 +203,16 @@ class _Session:
         self.outcome.worst = max(self.outcome.worst, *(pose.worst for pose in poses))
         if settled > self._end - SETTLE and self._script.length >= QUIET:
             self._violate("not all nodes and drives work long after the last fault")
+
+    def _is_restarted(self, driver: Driver, now: float) -> bool:
+        """Disable the drives where the operator wants to; return whether another driver is wanted."""
+        if not self._restarts or now < self._restarts[0]:
+            return False
+        self._restarts.pop(0)
+        if self._random.random() < 0.5:
+            return True
+        driver.drives.disable()
+        return False
 
     def _enable(self, driver: Driver) -> None:
         self._is_configuring = True
@@ -189,7 +248,7 @@ class _Session:
     def _violate(self, law: str) -> None:
         self.outcome.violations.append(f"{self._world.now - START:.3f} s: {law}")
 
-    def _note(self, error: DriverError) -> None:
+    def _note(self, error: OmnimateError) -> None:
         self._hash.update(f"{self._world.now} {error}".encode())
         self._errors.append(
             Event(self._world.now, self._world.now, 1, getattr(error, "node", None), str(error))
@@ -208,7 +267,10 @@ class _Session:
             return
         is_drive = fault.node in self._drive_nodes
         awaited = expectation(fault, self._script.faults, is_drive=is_drive)
-        if awaited is None:
+        end = fault.at + fault.duration + REPORT_TIME
+        is_restarted = any(fault.at - PAUSE < at < end for at in self._script.restarts)
+        is_unrecorded = fault.kind == "disk full" and self._recorder is None
+        if awaited is None or is_restarted or is_unrecorded:
             return
         self.outcome.expected[fault.kind, phase] += 1
         at = self._world.now
@@ -228,15 +290,21 @@ class _Session:
         if driver.drives.is_enabled:
             self._violate(f"wheels are not commanded to stop {STOP_TIME} s after {fault}")
 
-    def _check_recording(self, recording: Recording) -> None:
-        """Compare a recording with the samples that the driver gave, where a channel is present in both.
+    def _check_recording(self, recording: Recording, samples: list[Sample]) -> None:
+        """Compare a recording with samples that must be in it, where a channel is present in both.
 
         A log knows no window: an answer after the driver has closed a sample, as after a silence or while the
         drives are enabled, may be in time there. A SYNC of another device makes a sample in a log.
         """
-        if len(recording.time) < len(self._samples):
-            self._violate(f"the recording has {len(recording.time)} samples of {len(self._samples)}")
-        for row, sample in enumerate(self._samples[: len(recording.time)]):
+        half = self._vehicle.bus.sync_period / 2.0
+        full = min((START + at for at, _ in self._full() if START + at > samples[0].time), default=math.inf)
+        rows = np.searchsorted(recording.time, [sample.time - half for sample in samples]).tolist()
+        for row, sample in zip(rows, samples, strict=True):
+            if row == len(recording.time) or recording.time[row] > sample.time + half:
+                self._violate(f"the recording has no sample of {sample.time - START:.3f} s")
+                return
+            if sample.time > full:
+                continue
             is_both = recording.present[row] & np.array(sample.present)
             if (recording.counts[row] != sample.counts)[is_both].any():
                 counts = recording.counts[row].tolist()

@@ -6,8 +6,11 @@ runs only while the driver waits for a frame, so that a session repeats exactly.
 
 from __future__ import annotations
 
+import errno
 import heapq
+import io
 import math
+import os
 import queue
 import threading
 import time
@@ -16,6 +19,7 @@ from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from itertools import count
+from pathlib import Path
 from random import Random
 from types import SimpleNamespace
 from typing import Any
@@ -27,20 +31,27 @@ from canopen.sdo import client
 from omnimate.driver.errors import BusError
 from omnimate.driver.robot import driver as driver_module
 from omnimate.driver.robot import recovery as recovery_module
+from omnimate.files.logs.formats import candump_writer
 from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.faults import Reboot
 from omnimate.vcan_sim.floor import SMOOTH
 from omnimate.vcan_sim.nodes.drive import DriveDevice
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.truth import Truth
-from omnimate.vehicle.parameters import VehicleParameters
+from omnimate.vehicle.arcs import PoseTuple
+from omnimate.vehicle.parameters import TruckName, VehicleParameters
 from studies.faults.script import DEVICE_FAULTS, NMT_COMMANDS, Fault
 
 START = 1000.0  # [s]
 FRAME = 0.00025  # [s] of a frame of 8 bytes at 500 kbit/s
 SYNC_ID = 0x080
 SECOND_SYNC = 0.02  # [s] between two SYNCs of another master
+BLOCK = 4096  # bytes that a disk writes at once
 LOSS = 0.3  # share of the frames that are lost
+
+
+class PowerCut(BaseException):
+    """The driver's computer has lost its power; no code of the driver handles it."""
 
 
 class World:
@@ -55,6 +66,9 @@ class World:
         active: Faults that have begun and not ended.
         on_fault: Called when a fault begins.
         on_step: Called after each step of the plant.
+        log: The log that is written; None before the first.
+        cut_at: When the driver's computer lost its power [s]; None while it runs.
+        torn: What the log holds after that.
     """
 
     def __init__(self, vehicle: VehicleParameters, faults: Sequence[Fault], seed: int) -> None:
@@ -67,6 +81,9 @@ class World:
         self.on_fault: Callable[[Fault], None] = lambda _fault: None
         self.on_step: Callable[[], None] = lambda: None
         self.worker: Worker | None = None
+        self.log: Log | None = None
+        self.cut_at: float | None = None
+        self.torn = b""
         self._random = Random(seed)
         self._stepped = self._wire = START
         self._order = count()
@@ -97,7 +114,10 @@ class World:
 
     def note_poses(self) -> None:
         """Keep the poses that belong to the sample of the SYNC that was sent."""
-        self.poses = {truck: self.plant.pose(truck) for truck in self.vehicle.trucks}
+        self.poses: dict[TruckName, PoseTuple] = {}
+        for truck in self.vehicle.trucks:
+            x, y, theta = self.plant.pose(truck).tolist()
+            self.poses[truck] = x, y, theta
 
     def _coast(self) -> None:
         """Let the drives turn where no SYNC has come for a period."""
@@ -147,7 +167,9 @@ class World:
 
         Raises:
             BusError: The adapter is away.
+            PowerCut: The computer has no power.
         """
+        self.check_power()
         if self.has_fault("adapter", "power"):
             raise BusError(url, "the adapter is away")
         self._frames.clear()
@@ -206,6 +228,8 @@ class World:
             simulated.inject(DEVICE_FAULTS[fault.kind](node=fault.node, duration=fault.duration))
         elif fault.kind in NMT_COMMANDS:
             self.inject(0x000, bytes((NMT_COMMANDS[fault.kind], fault.node)))
+        elif fault.kind == "torn write" and self.cut_at is None:
+            self.cut_at, self.torn = self.now, b"" if self.log is None else self.log.tear(self._random)
         elif fault.kind == "trip":
             self.devices[fault.node].master_lost()
         elif fault.kind == "sync":
@@ -217,6 +241,19 @@ class World:
             self._frames.clear()
             if self._adapter is not None:
                 self._adapter.is_away = True
+
+    def check_power(self) -> None:
+        if self.cut_at is not None:
+            raise PowerCut
+
+    def check_space(self) -> None:
+        if self.has_fault("disk full"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    def fsync(self, handle: int) -> None:
+        self.check_space()
+        if self.log is not None and not self.log.closed and os.path.sameopenfile(handle, self.log.fileno()):
+            self.log.synced = os.fstat(handle).st_size
 
     def _second_sync(self, end: float) -> None:
         self.inject(SYNC_ID)
@@ -246,6 +283,7 @@ class Adapter(can.BusABC):
         return message
 
     def _check(self) -> None:
+        self._world.check_power()
         if self.is_away:
             raise can.CanOperationError("the adapter has been unplugged")
 
@@ -305,6 +343,63 @@ class Worker:
         self._back.release()
 
 
+class Log(io.FileIO):
+    """The file of a log, on the disk of a world.
+
+    Attributes:
+        synced: Number of bytes that are on the disk for certain.
+    """
+
+    def __init__(self, world: World, path: Path | str) -> None:
+        super().__init__(path, "wb")
+        self._world, self._place, self.synced = world, Path(path), 0
+        world.log = self
+
+    def write(self, data: Any) -> int:  # noqa: ANN401  # any buffer
+        self._world.check_space()
+        return super().write(data)
+
+    def tear(self, random: Random) -> bytes:
+        """Return what a power cut leaves: each block that was not synced is there or zero, up to any byte."""
+        content = self._place.read_bytes() if self._place.exists() else b""
+        kept = bytearray(content[: random.randint(min(self.synced, len(content)), len(content))])
+        for start in range(self.synced, len(kept), BLOCK):
+            if random.random() < 0.5:
+                kept[start : start + BLOCK] = bytes(len(kept[start : start + BLOCK]))
+        return bytes(kept)
+
+
+class Passes(threading.Event):
+    """An event for which a loop waits in vain once, and then ends."""
+
+    _is_second = True
+
+    def wait(self, _timeout: float | None = None) -> bool:
+        self._is_second = not self._is_second
+        return self._is_second
+
+
+class LogThread:
+    """Stands for the thread that syncs a log: its loop runs at its interval in the time of the world."""
+
+    def __init__(
+        self, world: World, target: Callable[[float], None], args: tuple[float], **_: object
+    ) -> None:
+        self._world, self._loop, self._interval = world, target, args[0]
+        self._is_over = False
+
+    def start(self) -> None:
+        self._world.at(self._world.now + self._interval, self._pass)
+
+    def join(self) -> None:
+        self._is_over = True
+
+    def _pass(self) -> None:
+        if not self._is_over:
+            self._loop(self._interval)
+            self.start()
+
+
 class Answers(queue.Queue[Any]):
     """A queue of SDO answers for which a worker waits in the time of the world."""
 
@@ -321,8 +416,18 @@ class Answers(queue.Queue[Any]):
 
 @contextmanager
 def in_time_of(world: World) -> Iterator[None]:
-    """Let the host's clocks, the driver's adapter and its thread be those of a world."""
+    """Let the host's clocks and disk, the driver's adapter and its threads be those of a world."""
     answers = SimpleNamespace(Queue=partial(Answers, world), Empty=queue.Empty)
+    threads = SimpleNamespace(
+        Lock=threading.Lock,
+        Event=Passes,
+        Thread=partial(LogThread, world),
+        current_thread=threading.current_thread,
+    )
+
+    def log_path(path: Path) -> SimpleNamespace:
+        return SimpleNamespace(suffix=path.suffix, open=lambda _mode: io.BufferedWriter(Log(world, path)))
+
     with ExitStack() as patches:
         for place, name, stand_in in (
             (time, "monotonic", world.time),
@@ -331,6 +436,9 @@ def in_time_of(world: World) -> Iterator[None]:
             (driver_module, "open_bus", world.open),
             (recovery_module, "ThreadPoolExecutor", partial(Worker, world)),
             (client, "queue", answers),
+            (os, "fsync", world.fsync),
+            (candump_writer, "threading", threads),
+            (candump_writer, "Path", log_path),
         ):
             patches.enter_context(mock.patch.object(place, name, stand_in))
         yield

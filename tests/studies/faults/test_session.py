@@ -7,8 +7,20 @@ from dataclasses import replace
 import pytest
 
 from omnimate.driver.robot.drives import Drives
+from omnimate.driver.robot.events import EventLog
 from omnimate.driver.robot.supervision import Supervision
-from studies.faults.script import BUS_FAULTS, LENGTH, NODE_FAULTS, QUIET, Fault, Script, draw, shrink
+from omnimate.files.logs.formats.candump_writer import CandumpWriter
+from studies.faults.script import (
+    BUS_FAULTS,
+    DISK_FAULTS,
+    LENGTH,
+    NODE_FAULTS,
+    QUIET,
+    Fault,
+    Script,
+    draw,
+    shrink,
+)
 from studies.faults.session import run
 
 REBOOT, TRIP = Fault("reboot", 2.0, 0.3, node=1), Fault("trip", 4.0, node=11)
@@ -52,5 +64,26 @@ def test_a_script_has_each_kind_of_fault_and_ends_in_quiet():
     scripts = [draw(1, number) for number in range(100)]
     assert scripts == [draw(1, number) for number in range(100)]
     faults = [fault for script in scripts for fault in script.faults]
-    assert {fault.kind for fault in faults} == {*NODE_FAULTS, *BUS_FAULTS}
+    assert {fault.kind for fault in faults} == {*NODE_FAULTS, *BUS_FAULTS, *DISK_FAULTS}
     assert max(fault.at + fault.duration for fault in faults) < LENGTH - QUIET + 2.0
+
+
+FULL, CUT = Fault("disk full", 3.0, 2.0), Fault("torn write", 6.8)
+DISK = Script("single", 4, (FULL, CUT), length=14.0, restarts=(12.0,))
+
+
+def test_a_full_disk_and_a_power_cut_keep_the_laws_and_the_full_disk_is_reported():
+    outcome = run(DISK)
+    assert outcome.violations == []
+    assert outcome.expected == outcome.reported == {("disk full", "running"): 1}
+
+
+def test_a_full_disk_that_is_not_reported_breaks_a_law(monkeypatch):
+    monkeypatch.setattr(EventLog, "unrecorded", lambda *_frame: None)
+    assert any("disk full" in line for line in run(DISK).violations)
+
+
+def test_a_log_that_is_never_synced_breaks_a_law_at_a_power_cut(monkeypatch):
+    monkeypatch.setattr(CandumpWriter, "sync", lambda _self: None)
+    script = replace(DISK, faults=(CUT,))
+    assert any("recording" in line for line in run(script).violations)
