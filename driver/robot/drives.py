@@ -68,7 +68,8 @@ class Drives:
         watchdog: float,
     ) -> None:
         self.is_enabled = False
-        self._is_alive = False  # the driver's heartbeat has begun, and the drives monitor it
+        self._is_alive = False  # the driver's heartbeat has begun, and the drives monitor it from then on
+        self._is_disabled = True
         self.troubles: tuple[Trouble, ...] = ()
         self._reason = "enable() has not been called"
         self.speeds = (0.0,) * len(vehicle.wheels)
@@ -102,7 +103,7 @@ class Drives:
         """
         if not self._drives:
             raise NotEnabled("vehicle.toml has no [[drive]]", "add one for each wheel to vehicle.toml")
-        self._is_alive, self._control = True, SHUTDOWN
+        self._is_alive, self._is_disabled, self._control = True, False, SHUTDOWN
         self._heartbeat()
         configured = [self._configure(drive) for drive in self._drives]
         answered: dict[StatusSource, float] = {}
@@ -194,12 +195,12 @@ class Drives:
             self._events.add(self._network.clock.now(), None, f"stop could not be sent: {lost.cause}")
 
     def disable(self) -> None:
-        """Stop, and take the torque away; what fails is logged."""
-        if not self._is_alive:
+        """Stop, and take the torque away; what fails is logged. The heartbeat goes on."""
+        if self._is_disabled:
             return
         self.stop()
         self._status_words.end()
-        self._is_alive = self.is_enabled = False
+        self.is_enabled, self._is_disabled, self._control = False, True, SHUTDOWN
         self._reason = "they were disabled"
         for drive in self._drives:
             try:

@@ -203,6 +203,17 @@ def test_our_heartbeat_goes_on_while_enabled(robot):
     assert 9 <= bus.sent.count((0x77F, b"\x05")) - before <= 11
 
 
+def test_our_heartbeat_goes_on_after_disable_and_no_torque_is_commanded(robot):
+    driver, bus = robot
+    driver.enable()
+    driver.drives.disable()
+    bus.sent.clear()
+    for _ in range(100):
+        driver.cycle()
+    assert 9 <= bus.sent.count((0x77F, b"\x05")) <= 11
+    assert not driver.drives.is_enabled
+
+
 def test_our_heartbeat_goes_on_while_an_answer_is_awaited(robot):
     driver, bus = robot
     driver.enable()
