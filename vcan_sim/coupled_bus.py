@@ -36,10 +36,10 @@ class _VehicleEnd(can.BusABC):
         msg.timestamp = time.time()
         self.sent.append(msg)
 
-    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+    def recv(self, timeout: float | None = None) -> can.Message | None:
         """Return None: the vehicle gets its frames by `receive`."""
         del timeout
-        return None, False
+        return None
 
 
 class CoupledBus(can.BusABC):
@@ -76,15 +76,19 @@ class CoupledBus(can.BusABC):
         del timeout
         self.simulated.receive(msg)
 
-    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        """Return the next frame; without one, the time is waited out, as on a silent bus."""
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        """Return the next frame; without one, the time is waited out, as on a silent bus.
+
+        Raises:
+            can.CanOperationError: No frame waits, and the time is not limited.
+        """
         if self._end.sent:
-            return self._end.sent.popleft(), False
+            return self._end.sent.popleft()
         if timeout is None:
             raise can.CanOperationError("no frame can come without one being sent; receive with a timeout")
         if timeout > 0.0:
             time.sleep(timeout)
-        return None, False
+        return None
 
     def shutdown(self) -> None:
         """Close both ends."""

@@ -28,6 +28,7 @@ from omnimate.files.logs.canopen_words import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from omnimate.driver.canopen.cia402 import TargetPdo
     from omnimate.driver.canopen.network import BusNetwork
     from omnimate.driver.canopen.node_setup import NodeConfiguration
     from omnimate.driver.canopen.sdo import Sdo
@@ -82,7 +83,7 @@ class Drives:
         self._radii = [vehicle.wheel_diameter(wheel) / 2.0 for wheel in vehicle.wheels]
         self._pdos = {drive.node: planned_pdo(drive) for drive in self._drives}
         self._control = SHUTDOWN  # control word in the PDOs that carry one: no torque unless enabled
-        self._sent: list[bytes | None] = [None] * len(self._drives)
+        self._sent: list[tuple[TargetPdo, int, int] | None] = [None] * len(self._drives)
         self._commanded = self._refreshed = self._last_heartbeat = -math.inf
         self._nodes = {drive.node: f"drive of {drive.wheel}" for drive in self._drives}
         used = self._supervision.nodes
@@ -278,10 +279,11 @@ class Drives:
 
     def _send_changed(self) -> None:
         for number, (drive, speed) in enumerate(zip(self._drives, self.speeds, strict=True)):
-            data = self._pdos[drive.node].data(target_velocity(drive, speed), self._control)
-            if data != self._sent[number]:
-                self._network.send_message(drive.cob_id, data)
-                self._sent[number] = data
+            wanted = self._pdos[drive.node], target_velocity(drive, speed), self._control
+            if wanted != self._sent[number]:
+                pdo, target, control = wanted
+                self._network.send_message(drive.cob_id, pdo.data(target, control))
+                self._sent[number] = wanted
 
     def _heartbeat(self) -> None:
         self._last_heartbeat = self._network.clock.now()
