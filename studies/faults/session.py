@@ -318,5 +318,13 @@ class _Session:
             if self._seen.get((event.node, event.what)) != event.count:
                 self._seen[event.node, event.what] = event.count
                 self._hash.update(repr(event).encode())
-                if not is_explained(event, self._script.faults, self._vehicle):
+                if not (
+                    self._is_of_restart(event) or is_explained(event, self._script.faults, self._vehicle)
+                ):
                     self._violate(f"no fault explains the report {event}")
+
+    def _is_of_restart(self, event: Event) -> bool:
+        """Return whether drives report that the heartbeat of the driver before has ended."""
+        return "EMCY" in event.what and any(
+            START + at <= event.time <= event.last <= START + at + PAUSE for at in self._script.restarts
+        )
