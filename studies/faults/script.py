@@ -80,9 +80,10 @@ def draw(seed: int, number: int) -> Script:
     for _ in range(random.randint(3, 12)):
         when = random.random()
         if when < 0.2:
-            at = random.choice((0.0, *restarts)) + random.uniform(0.0, 0.6)  # while nodes are configured
+            begins = (0.0, *restarts, *(at + 1.0 for at in restarts))  # the operator pauses for a second
+            at = random.choice(begins) + random.uniform(0.01, 0.1)  # while nodes are configured
         elif when < 0.45:
-            at = random.choice(restarts) + random.uniform(0.0, 0.25)  # while wheels run down
+            at = random.choice(restarts) + random.uniform(0.01, 0.15)  # while wheels run down
         elif when < 0.65 and faults:
             at = min(
                 faults[-1].at + random.uniform(0.0, 1.5), last
