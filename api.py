@@ -31,6 +31,7 @@ from omnimate.vehicle.recording import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from pathlib import Path
 
     from omnimate.effects.effect import Effect
     from omnimate.motion.program import Program
@@ -130,7 +131,7 @@ def simulate(
     return simulate_program(robot, real, square, start_time=start_time)
 
 
-def open_driver(vehicle: VehicleParameters, bus: str) -> Driver:
+def open_driver(vehicle: VehicleParameters, bus: str, flight_recorder: Path | str | None = None) -> Driver:
     """Return a driver whose encoders are configured and send; use it as a context manager.
 
         with omnimate.open_driver(vehicle, "socketcan://can0") as driver:
@@ -140,9 +141,12 @@ def open_driver(vehicle: VehicleParameters, bus: str) -> Driver:
     Args:
         vehicle: The robot as its `vehicle.toml` describes it.
         bus: URL of the bus, such as `socketcan://can0`.
+        flight_recorder: Folder in which the last minute before a fault is written as a recording folder;
+            None for none.
 
     Raises:
         DriverError: The bus cannot be opened, a node is not as it must be, or an EDS that the vehicle names
             cannot be read; the bus is closed again.
     """
-    return open_configured(vehicle, bus, descriptions=load_descriptions(vehicle))[0]
+    descriptions = load_descriptions(vehicle)
+    return open_configured(vehicle, bus, descriptions=descriptions, flight_recorder=flight_recorder)[0]

@@ -13,12 +13,13 @@ from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.bus.clock import Clock, WallClock
 from omnimate.driver.canopen.described import description_remarks
 from omnimate.driver.canopen.network import BusNetwork
-from omnimate.driver.errors import BusError, BusLost
+from omnimate.driver.errors import BusError, BusLost, in_one_line
 from omnimate.driver.robot.bus_load import check_load, forecast_load
 from omnimate.driver.robot.configuration import ConfigurationReport, with_target_bits
 from omnimate.driver.robot.drives import Drives
 from omnimate.driver.robot.encoder_nodes import EncoderNodes
 from omnimate.driver.robot.events import Trouble
+from omnimate.driver.robot.flight_recorder import FlightRecorder
 from omnimate.driver.robot.monitor import Monitor
 from omnimate.driver.robot.recovery import Recovery
 from omnimate.driver.robot.report import DriverReport, make_report
@@ -26,6 +27,7 @@ from omnimate.driver.robot.stalled_wheels import StallDetector
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from omnimate.driver.canopen.eds import Eds
     from omnimate.driver.canopen.network import FrameSink
@@ -60,6 +62,7 @@ class Driver:
         descriptions: Mapping[int, Eds] | None = None,
         patience: float = 30.0,
         watchdog: float = 0.2,
+        flight_recorder: Path | str | None = None,
     ) -> None:
         """Open the bus where it is given as a URL; nothing is sent yet.
 
@@ -72,16 +75,23 @@ class Driver:
             descriptions: What EDS and DCF files describe, by node id; none is needed.
             patience: Time in which a lost bus must come back [s].
             watchdog: Time without a command after which the wheels are stopped [s].
+            flight_recorder: Folder in which a `FlightRecorder` writes the last minute before a fault;
+                None for none.
 
         Raises:
             BusError: The URL's bus cannot be opened.
         """
         self._url = bus if isinstance(bus, str) else None
         self._clock: Clock = clock or WallClock(vehicle.bus.sync_period)
-        self._network = BusNetwork(
-            open_bus(bus, vehicle.bus.bitrate) if isinstance(bus, str) else bus, self._clock, recorder
-        )
         self._monitor = Monitor(vehicle, self._clock)
+        self._flight: FlightRecorder | None = None
+        if flight_recorder is not None:
+            self._flight = FlightRecorder(flight_recorder, vehicle, self._monitor.events, recorder)
+        self._network = BusNetwork(
+            open_bus(bus, vehicle.bus.bitrate) if isinstance(bus, str) else bus,
+            self._clock,
+            recorder if self._flight is None else self._flight,
+        )
         self._monitor.on_sdo = self._network.notify
         self._network.handler = self._monitor.take
         self._network.on_unrecorded = self._monitor.events.unrecorded
@@ -172,6 +182,15 @@ class Driver:
             BusError: A lost bus did not come back in time.
             BusLost: The interface failed, and the caller owns the bus.
         """
+        try:
+            return self._cycle()
+        except Exception as error:
+            if self._flight is not None:
+                what = f"the driver cannot go on: {in_one_line(error)}"
+                self._flight.event(self._clock.now(), None, what, is_fault=True)
+            raise
+
+    def _cycle(self) -> Sample:
         assembler = self._monitor.assembler
         while True:
             try:
@@ -195,6 +214,8 @@ class Driver:
         """Stop and disable the drives, end dialogues, and close the bus if it was given as a URL."""
         self.drives.disable()
         self._recovery.close()
+        if self._flight is not None:
+            self._flight.close(self._clock.now())
         if self._url is not None:
             self._network.can_bus.shutdown()
 
@@ -220,6 +241,8 @@ class Driver:
         now = self._clock.now()
         self._recover(now)
         self.drives.tick(now)
+        if self._flight is not None:
+            self._flight.poll(now, self.drives.speeds)
 
     def _check_drives(self) -> None:
         """Stop all wheels where a drive is in trouble."""
@@ -304,7 +327,7 @@ class Driver:
             BusLost: The caller owns the bus.
         """
         before = self._clock.now()
-        self._events.add(before, None, str(lost))
+        self._events.add(before, None, str(lost), is_fault=True)
         if self._url is None:
             raise lost
         with contextlib.suppress(can.CanError, OSError):
@@ -338,6 +361,7 @@ def open_driver(
     bus: str,
     recorder: FrameSink | None = None,
     descriptions: Mapping[int, Eds] | None = None,
+    flight_recorder: Path | str | None = None,
 ) -> tuple[Driver, ConfigurationReport]:
     """Return a driver whose encoders are configured and started, and the report of their configuration.
 
@@ -346,11 +370,14 @@ def open_driver(
         bus: URL of the bus, such as `socketcan://can0`.
         recorder: Receives every frame; None for none.
         descriptions: What EDS and DCF files describe, by node id; see `load_descriptions`.
+        flight_recorder: Folder for the last minute before a fault; see `Driver`.
 
     Raises:
         DriverError: The bus cannot be opened, or a node is not as it must be; the bus is closed again.
     """
-    driver = Driver(vehicle, bus, recorder=recorder, descriptions=descriptions)
+    driver = Driver(
+        vehicle, bus, recorder=recorder, descriptions=descriptions, flight_recorder=flight_recorder
+    )
     try:
         return driver, driver.configure()
     except BaseException:

@@ -169,7 +169,8 @@ class Drives:
         if not self._is_alive:
             return
         if now - self._commanded > self._watchdog and any(self.speeds):
-            self._events.add(now, None, f"no command for {self._watchdog:g} s: wheels stopped")
+            what = f"no command for {self._watchdog:g} s: wheels stopped"
+            self._events.add(now, None, what, is_fault=True)
             self.speeds = (0.0,) * len(self._drives)
         self.keep_alive()
         if now - self._refreshed >= REFRESH:
@@ -235,7 +236,8 @@ class Drives:
             self._quick_stop()
         except BusLost as lost:
             self._events.add(trouble.time, None, f"quick stop could not be sent: {lost.cause}")
-        self._events.add(trouble.time, trouble.node, "all wheels stopped; enable() is needed")
+        what = "all wheels stopped; enable() is needed"
+        self._events.add(trouble.time, trouble.node, what, is_fault=True)
 
     def _quick_stop(self) -> None:
         for node in self._nodes:

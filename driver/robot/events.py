@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
@@ -32,18 +32,30 @@ class Event:
     is_problem: bool = False
 
 
+class EventListener(Protocol):
+    """What is called with each event, also where the log only counts it."""
+
+    def __call__(self, time: float, node: int | None, what: str, *, is_fault: bool) -> None:
+        """Take an event; the arguments are those of `EventLog.add`."""
+        ...
+
+
 class EventLog:
     """A bounded log of events in order; the same words about the same node are one event that counts.
 
     Attributes:
         dropped: Number of events that were dropped because the log was full.
+        listener: Called with each event; None for nothing.
     """
 
     def __init__(self) -> None:
         self.dropped = 0
+        self.listener: EventListener | None = None
         self._events: dict[tuple[int | None, str], Event] = {}
 
-    def add(self, time: float, node: int | None, what: str, *, is_problem: bool = False) -> None:
+    def add(
+        self, time: float, node: int | None, what: str, *, is_problem: bool = False, is_fault: bool = False
+    ) -> None:
         """Add an event; beyond `MAX_EVENTS` it is only counted in `dropped`.
 
         Args:
@@ -51,7 +63,10 @@ class EventLog:
             node: CANopen node id; None where it concerns the bus.
             what: Description of the event.
             is_problem: Whether somebody must put it right before the data can be trusted.
+            is_fault: Whether it stops the robot, or a node or the bus is lost; a problem is a fault, too.
         """
+        if self.listener is not None:
+            self.listener(time, node, what, is_fault=is_fault or is_problem)
         key = (node, what)
         known = self._events.get(key)
         if known is not None:

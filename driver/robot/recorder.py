@@ -28,6 +28,13 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Direction
 
 
+def frame_flags(message: can.Message) -> int:
+    """Return the sum of EXTENDED, REMOTE and ERROR of `files.logs.frames`, where they apply."""
+    return (
+        message.is_extended_id * EXTENDED | message.is_remote_frame * REMOTE | message.is_error_frame * ERROR
+    )
+
+
 class Recorder:
     """A recording folder that is complete at any moment: a crash costs the last half second at most.
 
@@ -95,13 +102,12 @@ class Recorder:
         if message.is_fd:
             return
         self._latest = max(at, self._latest)
-        flags = (
-            message.is_extended_id * EXTENDED
-            | message.is_remote_frame * REMOTE
-            | message.is_error_frame * ERROR
-        )
         self._log.write(
-            self._latest, message.arbitration_id, bytes(message.data), flags=flags, length=message.dlc
+            self._latest,
+            message.arbitration_id,
+            bytes(message.data),
+            flags=frame_flags(message),
+            length=message.dlc,
         )
 
     def lap(self, direction: Direction, start: float, end: float) -> None:

@@ -146,5 +146,5 @@ class Supervision:
             self._report(now, state.node, what, has_restarted=True)
 
     def _report(self, now: float, node: int, what: str, *, has_restarted: bool = False) -> None:
-        self._events.add(now, node, what)
+        self._events.add(now, node, what, is_fault=True)
         self.troubles.append(Trouble(now, node, what, has_restarted))

@@ -14,6 +14,7 @@ from omnimate.files.logs.assemble import Assembly, assemble
 from omnimate.files.logs.formats.candump_text import candump_text
 from omnimate.files.logs.reading import LogReadResult, read_log
 from omnimate.files.logs.recording_to_frames import frames_of_recording
+from omnimate.files.recordings.events_jsonl import EVENTS
 from omnimate.files.recordings.poses_csv import read_poses, write_poses
 from omnimate.files.recordings.run_toml import read_run, write_run
 from omnimate.vehicle.atomic import write_bytes
@@ -95,7 +96,7 @@ def save_recording(recording: Recording, folder: Path | str, *, compress: bool =
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name in (LOG, f"{LOG}.gz", POSES, RUN):
+        for name in (LOG, f"{LOG}.gz", POSES, RUN, EVENTS):
             (folder / name).unlink(missing_ok=True)
         save_vehicle(recording.vehicle, folder / VEHICLE)
         if recording.poses is not None:

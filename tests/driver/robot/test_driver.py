@@ -349,7 +349,7 @@ class FakeDriver:
     closed = 0
     problem = None
 
-    def __init__(self, vehicle, bus, *, recorder=None, descriptions=None):
+    def __init__(self, vehicle, bus, *, recorder=None, descriptions=None, flight_recorder=None):
         self.arguments = vehicle, bus, recorder
 
     def configure(self):
