@@ -13,6 +13,7 @@ from omnimate.cli.descriptions import descriptions_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
+    from pathlib import Path
 
     from omnimate.driver.robot.configuration import ConfigurationReport
     from omnimate.driver.robot.driver import Driver
@@ -25,7 +26,12 @@ REFRESH = 0.25  # [s] between two updates of the status line
 
 
 def open_reader(
-    robot: VehicleParameters, bus: str, recorder: Recorder | None = None, *, listen_only: bool
+    robot: VehicleParameters,
+    bus: str,
+    recorder: Recorder | None = None,
+    *,
+    listen_only: bool,
+    flight_recorder: Path | None = None,
 ) -> tuple[Driver | PassiveReader, ConfigurationReport | None]:
     """Return a reader that is ready to give samples, and how its nodes are configured if it may send."""
     from omnimate.driver.robot.driver import open_driver
@@ -33,7 +39,7 @@ def open_reader(
 
     if listen_only:
         return PassiveReader(robot, bus, recorder=recorder), None
-    return open_driver(robot, bus, recorder, descriptions_of(robot))
+    return open_driver(robot, bus, recorder, descriptions_of(robot), flight_recorder)
 
 
 def follow(

@@ -48,6 +48,9 @@ def record(
     side: Annotated[float, typer.Option(help="Side of the square [m].", min=0.5, max=100.0)] = 4.0,
     runs: Annotated[int, typer.Option(help="Squares in each direction.", min=1, max=1000)] = 5,
     speed: Speed = 0.2,
+    flight_recorder: Annotated[
+        Path | None, typer.Option(help="Folder for the last minute before each fault, as a recording.")
+    ] = None,
     verbose: Annotated[bool, typer.Option("--verbose", help="Show all that the nodes answered.")] = False,
 ) -> None:
     """Read the encoders of a robot from its bus and write a recording, until Ctrl-C."""
@@ -59,6 +62,8 @@ def record(
 
     robot = nominal_vehicle(vehicle)
     program = None
+    if listen_only and flight_recorder is not None:
+        raise CallError("--listen-only supervises no node, so it has no --flight-recorder; leave one out")
     if drive is not None:
         if listen_only:
             raise CallError("--listen-only sends nothing, so it cannot --drive; leave one of them out")
@@ -67,7 +72,9 @@ def record(
     signal.signal(signal.SIGTERM, _interrupt)
     recorder = Recorder(folder, robot, protocol=protocol, side=square)
     try:
-        reader, report = open_reader(robot, bus, recorder, listen_only=listen_only)
+        reader, report = open_reader(
+            robot, bus, recorder, listen_only=listen_only, flight_recorder=flight_recorder
+        )
         if report is not None:
             recorder.use(report.vehicle)
             show_configuration(report, verbose=verbose)

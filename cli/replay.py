@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import operator
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -37,17 +38,27 @@ def replay(
     pace: Annotated[
         float, typer.Option(help="How many times faster than recorded to send; 0 sends at once.", min=0.0)
     ] = 1.0,
+    frames: Annotated[
+        float,
+        typer.Option(help="Print all frames and commands up to so long from the fault [s].", min=0.0),
+    ] = 0.1,
     csv: Annotated[Path | None, typer.Option(help="Write the trajectories of all trucks here.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the floor plan: .png, .svg or .pdf.")] = None,
 ) -> None:
-    """Summarise a recording or a log and its odometry, or send its frames onto a bus again."""
+    """Summarise a recording or a log and its odometry, or send its frames onto a bus again.
+
+    Of a recording of the flight recorder, states, decisions and frames are printed first, from the fault.
+    """
     if bus is not None:
         _send(source, bus, pace)
         return
+    from omnimate.files.recordings.events_jsonl import EVENTS
     from omnimate.vehicle.atomic import write_text
     from omnimate.vehicle.trajectories import format_trajectories, trajectories
 
     robot = vehicle_of(vehicle) if source.is_dir() else nominal_vehicle(vehicle)
+    if (source / EVENTS).exists():
+        _show_timeline(source, robot, frames)
     loaded = read_drive(source, robot, _show_log)
     recording = loaded.recording
     _show_pdos(loaded.assembly)
@@ -59,6 +70,44 @@ def replay(
     if plot is not None:
         _draw(recording, paths, plot)
         say(f"figure: {plot}")
+
+
+def _show_timeline(folder: Path, vehicle: VehicleParameters | None, margin: float) -> None:
+    """Print NMT states, services and the driver's events in order of time, from the first fault.
+
+    Args:
+        folder: Recording folder with `events.jsonl`.
+        vehicle: Vehicle whose channels are named; None for that of the folder.
+        margin: Time before and after the fault within which all frames and commands are printed [s].
+    """
+    from omnimate.files.logs.bus_events import BusEvents
+    from omnimate.files.logs.decoding import FrameDecoder
+    from omnimate.files.logs.reading import read_log
+    from omnimate.files.recordings.events_jsonl import EVENTS, read_events
+    from omnimate.files.recordings.folder import VEHICLE
+    from omnimate.vehicle.file import load_vehicle
+
+    events = read_events(folder / EVENTS)
+    start = next((event.time for event in events if event.kind == "fault"), events[0].time if events else 0.0)
+    decoder, states = FrameDecoder(vehicle or load_vehicle(folder / VEHICLE)), BusEvents()
+    lines: list[tuple[float, str, str]] = []
+    for frame in read_log(log_of(folder)).frames:
+        seen = states.take(frame)
+        if seen is not None:
+            lines.append((frame.time, f"{frame.can_id:03X}h", _of_node(seen.node, seen.what)))
+        elif abs(frame.time - start) <= margin:
+            lines.append((frame.time, f"{frame.can_id:03X}h", decoder(frame)))
+    lines += [
+        (event.time, event.kind, _of_node(event.node, event.what))
+        for event in events
+        if event.kind != "command" or abs(event.time - start) <= margin
+    ]
+    for time, kind, words in sorted(lines, key=operator.itemgetter(0)):
+        say(f"{time - start:+11.6f} s  {kind:<8} {words}")
+
+
+def _of_node(node: int | None, what: str) -> str:
+    return what if node is None else f"node {node}: {what}"
 
 
 def _send(source: Path, bus: str, pace: float) -> None:

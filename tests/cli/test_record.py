@@ -1,0 +1,76 @@
+"""`omnimate record` with a flight recorder, on a simulated robot; `replay` of what it wrote."""
+
+import json
+
+import pytest
+
+from omnimate.driver.bus.clock import SyncClock
+from omnimate.files.recordings.folder import load_recording
+from omnimate.vcan_sim.coupled_bus import CoupledBus
+from omnimate.vcan_sim.faults import parse_fault
+from omnimate.vcan_sim.plant import Plant
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.truth import Truth
+
+
+@pytest.fixture
+def flight(omnimate, tmp_path, monkeypatch):
+    """Return the folder of a flight recorder, of a robot of which an encoder restarts and a drive reports."""
+    vehicle = reference_vehicle()
+    faults = [parse_fault(text) for text in ("reboot:node=3,at=1", "emcy:node=12,at=4")]
+    bus = CoupledBus(vehicle, Plant(Truth(vehicle), vehicle), faults)
+    monkeypatch.setattr("omnimate.driver.robot.driver.open_bus", lambda *_args: bus)
+    monkeypatch.setattr("omnimate.driver.robot.driver.WallClock", lambda period: SyncClock(period, 1.7e9))
+    arguments = ("--bus", "socketcan://can0", "--seconds", 8, "--flight-recorder", tmp_path / "flights")
+    result = omnimate("record", tmp_path / "drive", *arguments)
+    assert result.code == 0, result.err
+    (folder,) = (tmp_path / "flights").iterdir()
+    return folder
+
+
+def test_record_leaves_the_minute_before_a_fault_as_a_recording_that_other_commands_read(flight, omnimate):
+    assert load_recording(flight).time[-1] == pytest.approx(1.7e9 + 1.3 + 5.0, abs=0.1)
+    assert omnimate("dump", flight, "--kind", "emcy").out.count("\n") == 1
+
+
+def test_replay_prints_frames_states_and_events_in_order_from_the_fault(flight, omnimate):
+    result = omnimate("replay", flight)
+    assert result.code == 0, result.err
+    lines = result.out.splitlines()
+    lines = lines[: next(number for number, line in enumerate(lines) if " frames: " in line)]
+    times = [float(line.split()[0]) for line in lines]
+    assert times == sorted(times)
+    words = [" ".join(line.split()[2:]) for line in lines]
+    order = [
+        "703h node 3: boot-up",
+        "fault node 3: restarted (boot-up)",
+        "08Ch node 12: EMCY 5000h: device hardware (error register 01h)",
+        "event node 12: EMCY 5000h: device hardware (error register 01h)",
+    ]
+    start = words.index(order[1])
+    assert times[start] == 0.0
+    assert [line for line in words[start - 1 :] if line in order] == order
+    assert {"080h SYNC"} == {line for line in words if line.startswith("080h")}
+    around = [time for time, line in zip(times, words, strict=True) if line == "080h SYNC"]
+    assert -0.1 <= around[0] < -0.08
+    assert 0.08 < around[-1] <= 0.1
+
+
+def test_replay_prints_frames_and_commands_as_far_from_the_fault_as_asked(flight, omnimate):
+    start = json.loads((flight / "events.jsonl").read_text().splitlines()[0])["time"]
+    command = {"time": start + 1.0, "node": None, "what": "commanded a.left 1.0", "kind": "command"}
+    with (flight / "events.jsonl").open("a") as file:
+        file.write(json.dumps(command) + "\n")
+    near, far = (omnimate("replay", flight, "--frames", seconds).out for seconds in (0, 2))
+    assert "080h     SYNC" not in near
+    assert "commanded" not in near
+    assert far.count("080h     SYNC") > 100
+    assert "commanded" in far
+
+
+def test_the_flight_recorder_and_listening_exclude_each_other(omnimate, tmp_path):
+    result = omnimate(
+        "record", tmp_path / "drive", "--bus", "x://y", "--listen-only", "--flight-recorder", tmp_path
+    )
+    assert result.code == 1
+    assert "--listen-only supervises no node" in result.err
