@@ -105,6 +105,13 @@ def serve(
             envvar="OMNIMATE_FACTSHEET", help="The robot's VDA 5050 factsheet (JSON), which --mqtt needs."
         ),
     ] = None,
+    flight_recorder: Annotated[
+        Path | None,
+        typer.Option(
+            envvar="OMNIMATE_FLIGHT_RECORDER",
+            help="Folder for the last minute before each fault of the robot, as a recording.",
+        ),
+    ] = None,
     log_format: Annotated[
         Literal["text", "json"],
         typer.Option(
@@ -134,6 +141,7 @@ def serve(
         rate=rate,
         mqtt=mqtt,
         factsheet=factsheet,
+        flight_recorder=flight_recorder,
     )
     _listen(settings, as_json=log_format == "json")
 

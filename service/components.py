@@ -99,7 +99,7 @@ def make_components(settings: Settings) -> Components:
     recordings.delete_orphans(time.time())
     plant = simulated_plant(first) if settings.bus is None else None
     reporter = SessionReporter(database, events, vehicle.name, settings.instance, recordings)
-    robot = RobotThread(settings.bus, plant, settings.pace, events, reporter)
+    robot = RobotThread(settings.bus, plant, settings.pace, events, reporter, settings.flight_recorder)
     stores = FleetStores(settings.fleets)
     batches = Batches(stores, settings.jobs, settings.scheduler)
 

@@ -32,6 +32,7 @@ class Settings:
         rate: The calls per second that one caller may make, averaged over some seconds.
         mqtt: The URL of the MQTT broker to which the robot is published by VDA 5050; None for none.
         factsheet: The file of the robot's VDA 5050 factsheet, which publishing needs.
+        flight_recorder: The folder for the last minute before each fault, as a recording; None for none.
         instance: The id of this process among the services that share a database.
     """
 
@@ -51,6 +52,7 @@ class Settings:
     rate: float = 1000.0
     mqtt: str | None = None
     factsheet: Path | None = None
+    flight_recorder: Path | None = None
     instance: str = field(default_factory=lambda: secrets.token_hex(8))
 
     @property

@@ -17,6 +17,7 @@ from omnimate.vcan_sim.truth import Truth, uncalibrated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from omnimate.motion.drive import Fix
     from omnimate.service.robot.frame_feed import FrameFeed
@@ -88,7 +89,11 @@ class RobotConnection:
 
 @contextmanager
 def connected(
-    vehicle: VehicleParameters, bus: str | None, plant: Plant | None, frame_feed: FrameFeed
+    vehicle: VehicleParameters,
+    bus: str | None,
+    plant: Plant | None,
+    frame_feed: FrameFeed,
+    flight_recorder: Path | None = None,
 ) -> Iterator[RobotConnection]:
     """Open the robot's bus, configure its encoders, and close the bus with the block.
 
@@ -97,14 +102,14 @@ def connected(
     """
     if plant is None:
         assert bus is not None  # there is a bus or a plant
-        with Driver(vehicle, bus, recorder=frame_feed) as driver:
+        with Driver(vehicle, bus, recorder=frame_feed, flight_recorder=flight_recorder) as driver:
             driver.configure()
             yield RobotConnection(driver)
         return
     clock = PacedClock(vehicle.bus.sync_period, time.time())
     with (
         CoupledBus(vehicle, plant) as coupled,
-        Driver(vehicle, coupled, clock=clock, recorder=frame_feed) as driver,
+        Driver(vehicle, coupled, clock=clock, recorder=frame_feed, flight_recorder=flight_recorder) as driver,
     ):
         driver.configure()
         yield RobotConnection(driver, _fix_of(plant), clock)

@@ -15,6 +15,8 @@ from omnimate.service.robot.session_drive import SessionDriver
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from omnimate.service.event_stream import EventStream
     from omnimate.service.robot.session_reporter import SessionReporter
     from omnimate.vcan_sim.plant import Plant
@@ -36,12 +38,14 @@ class RobotThread:
         pace: float,
         events: EventStream,
         reporter: SessionReporter,
+        flight_recorder: Path | None = None,
     ) -> None:
         self.mode = "simulated" if bus is None else "bus"
         self.reservation = Reservation()
         self.observer = Observer(self.mode, self.reservation, events)
         self.frame_feed = FrameFeed()
         self._bus, self._plant, self._reporter = bus, plant, reporter
+        self._flight_recorder = flight_recorder
         self._executor = ThreadPoolExecutor(2, "session reports")
         self._session_driver = SessionDriver(
             self.reservation, self.observer, reporter, events, self.frame_feed, self._executor, pace
@@ -96,7 +100,11 @@ class RobotThread:
             try:
                 self._reloading.clear()
                 with connected(
-                    self._reporter.vehicle(), self._bus, self._plant, self.frame_feed
+                    self._reporter.vehicle(),
+                    self._bus,
+                    self._plant,
+                    self.frame_feed,
+                    self._flight_recorder,
                 ) as connection:
                     self._read_and_drive(connection)
             except OmnimateError as error:

@@ -52,13 +52,16 @@ def settings_of(omnimate, monkeypatch):
 
 def test_the_call_is_stronger_than_the_environment_and_that_than_the_file(settings_of, tmp_path, monkeypatch):
     file = tmp_path / "serve.toml"
-    file.write_text('host = "127.0.0.2"\nport = 1\nrate = 5\nfactsheet = "sheet.json"\n')
+    file.write_text(
+        'host = "127.0.0.2"\nport = 1\nrate = 5\nfactsheet = "sheet.json"\nflight-recorder = "flights"\n'
+    )
     monkeypatch.setenv("OMNIMATE_PORT", "2")
     monkeypatch.setenv("OMNIMATE_RATE", "6")
     monkeypatch.setenv("OMNIMATE_CONFIG", str(file))
     settings = settings_of("--rate", "7")
     assert (settings.host, settings.port, settings.rate) == ("127.0.0.2", 2, 7.0)
     assert (settings.factsheet, settings.pace) == (Path("sheet.json"), 40.0)
+    assert settings.flight_recorder == Path("flights")
 
 
 def test_every_option_has_its_variable():

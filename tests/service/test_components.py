@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from omnimate.files.recordings.folder import load_recording
 from omnimate.service.components import make_components
 from omnimate.service.settings import Settings
 from omnimate.service.store import vehicles
@@ -46,3 +47,17 @@ def test_a_file_that_equals_a_former_version_adds_none(versions):
     versions(ROBOT)
     versions(CHANGED)
     assert versions(ROBOT) == [ROBOT, CHANGED]
+
+
+def test_a_fault_of_the_robot_leaves_a_folder_of_the_flight_recorder(tmp_path, serving, until, monkeypatch):
+    cycles = iter(range(1_000_000))
+
+    def fail_later(*_args):
+        if next(cycles) > 20:
+            raise ZeroDivisionError
+        return ()
+
+    monkeypatch.setattr("omnimate.driver.robot.driver.StallDetector.check", fail_later)
+    with serving(f"sqlite:///{tmp_path}/service.db", flight_recorder=tmp_path / "flights"):
+        (log,) = until(lambda: list(tmp_path.glob("flights/*/can.log")))
+    assert len(load_recording(log.parent)) >= 20
