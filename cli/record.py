@@ -61,13 +61,8 @@ def record(
     from omnimate.vehicle.errors import RecordingError
 
     robot = nominal_vehicle(vehicle)
-    program = None
-    if listen_only and flight_recorder is not None:
-        raise CallError("--listen-only supervises no node, so it has no --flight-recorder; leave one out")
-    if drive is not None:
-        if listen_only:
-            raise CallError("--listen-only sends nothing, so it cannot --drive; leave one of them out")
-        program = program_of(drive, robot, side=side, runs=runs, speed=speed)
+    _check_listening(listen_only, drive, flight_recorder)
+    program = None if drive is None else program_of(drive, robot, side=side, runs=runs, speed=speed)
     protocol, square = (program.protocol, program.side) if program is not None else (None, None)
     signal.signal(signal.SIGTERM, _interrupt)
     recorder = Recorder(folder, robot, protocol=protocol, side=square)
@@ -100,6 +95,14 @@ def record(
         raise failure
     if failure is not None:
         raise CallError(f"{failure}: {_same_call(folder)}") from failure
+
+
+def _check_listening(listen_only: bool, drive: Protocol | None, flight_recorder: Path | None) -> None:
+    """Check that no more is wanted of a driver that only listens than it can do."""
+    if listen_only and flight_recorder is not None:
+        raise CallError("--listen-only supervises no node, so it has no --flight-recorder; leave one out")
+    if listen_only and drive is not None:
+        raise CallError("--listen-only sends nothing, so it cannot --drive; leave one of them out")
 
 
 def _same_call(folder: Path) -> str:

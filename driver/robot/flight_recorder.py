@@ -86,11 +86,17 @@ class FlightRecorder:
             self._recorder.use(vehicle)
 
     def frame(self, at: float, message: can.Message) -> None:
-        """Record a frame that was on the bus at time `at` [s], as `Recorder.frame` does."""
+        """Record a frame that was on the bus at time `at` [s], as `Recorder.frame` does.
+
+        Raises:
+            OSError: The other recorder's disk refuses; the frame is in memory all the same.
+        """
+        if not message.is_fd:
+            self._keep(at, message)
         if self._recorder is not None:
             self._recorder.frame(at, message)
-        if message.is_fd:
-            return
+
+    def _keep(self, at: float, message: can.Message) -> None:
         self._latest = max(at, self._latest)
         frames = self._frames
         frames.append(
@@ -106,7 +112,12 @@ class FlightRecorder:
             frames.popleft()
 
     def event(self, time: float, node: int | None, what: str, *, is_fault: bool) -> None:
-        """Record an event of a node, None for the bus, at `time` [s]; the first fault asks for a folder."""
+        """Record an event of a node, None for the bus, at `time` [s]; the first fault asks for a folder.
+
+        Of the same event several times in a row the first is kept: a full disk is one for each frame.
+        """
+        if self._events and (self._events[-1].node, self._events[-1].what) == (node, what):
+            return
         self._events.append(RecordedEvent(time, node, what, "fault" if is_fault else "event"))
         if is_fault and self._fault is None:
             self._fault = time

@@ -75,6 +75,27 @@ def test_a_drive_without_a_fault_leaves_no_folder(tmp_path):
     assert folders(tmp_path / "flights") == []
 
 
+class FullDisk:
+    """A recorder whose disk is full."""
+
+    def use(self, vehicle):
+        """Take the vehicle."""
+
+    def frame(self, at, message):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_a_full_disk_of_the_recording_costs_the_flight_recorder_no_frame(tmp_path):
+    with flying(tmp_path, recorder=FullDisk()) as driver:
+        fly(driver, 12.0)
+    path = folders(tmp_path)[0]
+    faults = whats(path, "fault")
+    assert "No space left on device" in faults[0]
+    assert len(faults) < 20  # not one for each frame
+    syncs = [frame.time for frame in read_log(path / "can.log").frames if frame.can_id == 0x080]
+    assert len(syncs) == round((syncs[-1] - syncs[0]) / PERIOD) + 1 > 90
+
+
 def test_a_folder_holds_the_minute_before_the_fault_and_the_seconds_after_as_they_were_sampled(tmp_path):
     with flying(tmp_path, "emcy:node=11,at=70.02") as driver:
         samples = fly(driver, 90.0)
