@@ -30,7 +30,6 @@ from omnimate.mismatch.evidence.density import (
     heldout_log_density_gain,
     log_bayes_factor,
     log_evidence,
-    log_prior,
     without_background_prior,
 )
 from omnimate.mismatch.evidence.rows import (
@@ -212,18 +211,6 @@ class ConditionalFit:
         grown = (with_candidate > CANCELLING_GROWTH * without) & (with_candidate > MAX_CANCELLING_SIZE)
         return bool(np.any(grown & np.isfinite(self._largest_sizes)))
 
-    def _prior_penalty(self, sizes_with: Array) -> float:
-        """Return the change of the members' log prior, if negative, by the sizes that a candidate gives them.
-
-        Members are integrated out with one wide normal prior; that of faults is a mixture of two.
-
-        Args:
-            sizes_with: Sizes of the members with the candidate, `(n,)`.
-        """
-        return min(
-            0.0, float((log_prior(sizes_with) - log_prior(self._member_coefficients([0])[:, 0])).sum())
-        )
-
     def _row_weights(self, part: Array) -> Array:
         """Return the weights (V, 1) of rows, given discrepancies (V, k): smaller where members are strong."""
         second = self.candidates.second
@@ -368,7 +355,7 @@ class ConditionalFit:
         covariance = np.linalg.inv(gram / overdispersion + prior).astype(np.float64)
         coefficients = np.asarray(covariance @ (score / overdispersion))
         absurd = np.any(np.abs(coefficients) > LINEAR_RANGE * term.largest)
-        prior_log_odds = self.candidates.odds(candidate, self.members) + self._prior_penalty(sizes_with)
+        prior_log_odds = self.candidates.odds(candidate, self.members)
         if (term.positive and np.any(coefficients < 0.0)) or absurd:
             return Judgement(IMPOSSIBLE, IMPOSSIBLE, IMPOSSIBLE, coefficients, covariance, overdispersion)
         folds = self._products_by_fold(rows, residual)

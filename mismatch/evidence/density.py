@@ -41,13 +41,6 @@ def log_evidence(gram: Array, score: Array, size: float) -> Array:
     return np.asarray(0.5 * size**2 * (score * solved).sum(axis=-1) - 0.5 * determinant)
 
 
-def log_prior(coefficients: Array) -> Array:
-    """Return the log prior density of fault sizes, relative to the wide prior of members."""
-    parts = [math.log(share / size) - 0.5 * (coefficients / size) ** 2 for size, share in FAULT_SIZE_MIXTURE]
-    wide = -math.log(MEMBER_SIZE) - 0.5 * (coefficients / MEMBER_SIZE) ** 2
-    return np.asarray(np.logaddexp.reduce(parts, axis=0) - wide)
-
-
 def without_background_prior(gram: Array, score: Array, sizes: Array) -> tuple[Array, Array]:
     """Return products (..., k, k) and (..., k) of columns for a robot without some background.
 

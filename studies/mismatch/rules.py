@@ -56,7 +56,6 @@ RULES: dict[str, Rule] = {
         lambda _, gain: np.zeros(len(gain), np.int64),
     ),
     "no nearly cancelling pair": (f"{FIT}.ConditionalFit._nearly_cancels", _always(False)),
-    "prior of the members' sizes": (f"{FIT}.ConditionalFit._prior_penalty", _always(0.0)),
     "members' discrepancies": (
         f"{FIT}.ConditionalFit._member_discrepancies",
         lambda self: np.zeros((len(self.candidates.regression.white), 1)),

@@ -48,12 +48,12 @@ def test_every_reader_gets_every_frame_as_candump_prints_it_until_its_block_ends
 def test_a_reader_gets_frames_that_a_full_disk_refuses():
     class FullDisk(Recorder):
         def frame(self, at, message):
-            raise OSError
+            raise OSError("full")
 
     feed = FrameFeed()
     feed.recorder = FullDisk()
     with feed.reader() as lines:
-        with pytest.raises(OSError, match=""):
+        with pytest.raises(OSError, match="full"):
             feed.frame(1.5, MESSAGE)
         assert lines.qsize() == 1
 

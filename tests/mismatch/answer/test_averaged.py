@@ -12,8 +12,9 @@ from omnimate.mismatch.recording.signals import signals_of
 def calibrated(drive, watched, effect, usual_noise):
     """Return a function that gives a wheelbase that is wrong by a part, as fitted, and averaged."""
 
-    def of(part, sigma):
-        recording = watched(drive(effect("wheelbase", "a", ratio=1.0 + part), laps=1), sigma=sigma)
+    def of(part, sigma, seed=4):
+        wrong = effect("wheelbase", "a", ratio=1.0 + part)
+        recording = watched(drive(wrong, seed=seed, laps=1), sigma=sigma)
         fit = fitted([signals_of(recording)], usual_noise, (), ())
         number = [term.key for term in fit.calibrated.terms].index(("wheelbase", "a"))
         both = (fit.calibrated, averaged(fit))
@@ -32,7 +33,7 @@ def test_where_the_recording_needs_it_it_is_as_fitted(calibrated):
 
 
 def test_where_it_hardly_tells_the_robot_stays_more_as_it_is_described(calibrated):
-    (fitted_size, _), (size, _) = calibrated(0.0, 0.1)
+    (fitted_size, _), (size, _) = calibrated(0.0, 0.1, seed=7)
     assert 0.0 <= size / fitted_size < 0.8
 
 
