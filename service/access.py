@@ -106,7 +106,7 @@ class Callers:
         self._keyless_allowed = keyless_allowed
         self._remembered: dict[str | None, tuple[Caller, float]] = {}
 
-    def remembered(self, authorization: str | None, age: float = REMEMBERED_TIME) -> Caller | None:
+    def remembered(self, authorization: str | None, age: float) -> Caller | None:
         """Return who was identified by this Authorization header at most `age` [s] ago."""
         caller, at = self._remembered.get(authorization, (None, 0.0))
         return caller if time.monotonic() < at + age else None

@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from sqlalchemy.exc import IntegrityError
 from starlette.concurrency import run_in_threadpool
 
-from omnimate.service.access import Caller
+from omnimate.service.access import REMEMBERED_TIME, Caller
 from omnimate.service.errors import ForbiddenError, StateError
 from omnimate.service.store.tables import AnswerRow
 
@@ -174,24 +174,24 @@ class Call:
             return act(db)
 
 
-async def _reading(
-    request: Request, authorization: Annotated[str | None, Header(include_in_schema=False)] = None
-) -> Call:
+Authorization = Annotated[str | None, Header(include_in_schema=False)]
+
+
+async def _reading(request: Request, authorization: Authorization = None) -> Call:
+    return await _call(request, authorization, REMEMBERED_TIME)
+
+
+async def _stopping(request: Request, authorization: Authorization = None) -> Call:
+    """As `_reading`, but without the database for a key that was used since the service started."""
+    return await _call(request, authorization, math.inf)
+
+
+async def _call(request: Request, authorization: str | None, age: float) -> Call:
+    """Return the call of a client that was identified at most `age` [s] ago, or is by the database."""
     components: Components = request.app.state.components
-    caller = components.callers.remembered(authorization)
+    caller = components.callers.remembered(authorization, age)
     if caller is None:
         caller = await run_in_threadpool(components.callers.identify, components.database, authorization)
-    return Call(components, caller, None, f"{request.method} {request.url.path}")
-
-
-async def _stopping(
-    request: Request, authorization: Annotated[str | None, Header(include_in_schema=False)] = None
-) -> Call:
-    """As `_reading`, but without the database for a key that was used since the service started."""
-    components: Components = request.app.state.components
-    caller = components.callers.remembered(authorization, math.inf)
-    if caller is None:
-        return await _reading(request, authorization)
     return Call(components, caller, None, f"{request.method} {request.url.path}")
 
 

@@ -51,9 +51,7 @@ class Job(RowModel):
 
 LEASE = 20.0  # [s] after which a service that does not renew its lease is considered dead
 MAX_ATTEMPTS = 3
-MAX_UNFINISHED = (
-    50  # diagnoses of one key: about half an hour of work, after which those of others have a turn
-)
+MAX_UNFINISHED = 50  # diagnoses of one key, about half an hour of work: then others have a turn
 ENDED_STATES = ("done", "failed", "cancelled")
 NOUNS: dict[JobKind, str] = {"diagnose": "diagnosis", "batch": "batch"}
 
