@@ -64,12 +64,17 @@ def database_url(request, tmp_path_factory):
     """A new database of each kind."""
     if request.param == "sqlite":
         return f"sqlite:///{tmp_path_factory.mktemp('store')}/service.db"
-    url = request.getfixturevalue("postgresql")
-    engine = sqlalchemy.create_engine(url)
+    return request.getfixturevalue("postgresql_url")
+
+
+@pytest.fixture(scope="module")
+def postgresql_url(postgresql):
+    """The PostgreSQL database, without tables."""
+    engine = sqlalchemy.create_engine(postgresql)
     with engine.begin() as connection:
         connection.execute(sqlalchemy.text("drop schema public cascade; create schema public"))
     engine.dispose()
-    return url
+    return postgresql
 
 
 @pytest.fixture(scope="module")

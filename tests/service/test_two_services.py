@@ -25,16 +25,6 @@ TERMINATE = (
 
 
 @pytest.fixture(scope="module")
-def postgresql_url(postgresql):
-    """The PostgreSQL database, without tables."""
-    engine = sqlalchemy.create_engine(postgresql)
-    with engine.begin() as connection:
-        connection.execute(sqlalchemy.text("drop schema public cascade; create schema public"))
-    engine.dispose()
-    return postgresql
-
-
-@pytest.fixture(scope="module")
 def services(postgresql_url, serving):
     """Clients of two services on one PostgreSQL."""
     with serving(postgresql_url) as one, serving(postgresql_url) as another:
