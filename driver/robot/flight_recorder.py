@@ -148,7 +148,7 @@ class FlightRecorder:
             self._report(self._jobs.pop(0), now)
 
     def _write(self, now: float) -> None:
-        """Hand what is in memory to the thread, and begin anew, unless another driver has just written."""
+        """Hand the memory to the thread and go on with an empty one, unless another driver just wrote."""
         assert self._fault is not None  # the caller has checked
         if _name(now - INTERVAL) < self._earlier <= _name(now):
             return

@@ -131,8 +131,8 @@ def _along_path(path: Array) -> tuple[Array, Array, Array]:
         return middle[:, :, 2], middle[:, :, :2], np.zeros((len(middle), 0))
     reading = expected_reading(path)
     reading[:, :2] = np.unwrap(reading[:, :2], axis=0)
-    # of the samples before and after: the path holds the rounding of the wheels at each sample, which is in
-    # the data, too, and effects that depend on the reading would seem to explain it
+    # Mean of the samples before and after: the path holds the rounding of the wheels at each sample, which is
+    # in the data, too, and effects that depend on the reading would seem to explain it.
     reading[1:-1] = 0.5 * (reading[:-2] + reading[2:])
     return middle[:, :, 2], middle[:, :, :2], reading[1:]
 

@@ -56,7 +56,7 @@ class PoseLaw:
     """The pose of one truck never jumps by more than the travel that the lost samples explain.
 
     Each step of dead reckoning is compared with that of the true pose. A step over samples that were lost, or
-    that a fault made wrong, may be wrong by twice their travel, and where a counter began anew by what
+    that a fault made wrong, may be wrong by twice their travel, and where a counter was reset by what
     `bridge` may make of it.
 
     Attributes:

@@ -35,6 +35,7 @@ from omnimate.files.logs.formats import candump_writer
 from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.faults import Reboot
 from omnimate.vcan_sim.floor import SMOOTH
+from omnimate.vcan_sim.nodes.device import SYNC_ID
 from omnimate.vcan_sim.nodes.drive import DriveDevice
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.truth import Truth
@@ -44,7 +45,6 @@ from studies.faults.script import DEVICE_FAULTS, NMT_COMMANDS, Fault
 
 START = 1000.0  # [s]
 FRAME = 0.00025  # [s] of a frame of 8 bytes at 500 kbit/s
-SYNC_ID = 0x080
 SECOND_SYNC = 0.02  # [s] between two SYNCs of another master
 BLOCK = 4096  # bytes that a disk writes at once
 LOSS = 0.3  # share of the frames that are lost

@@ -43,10 +43,6 @@ def _always(answer: object) -> Callable[..., Any]:
     return lambda *_, **__: answer
 
 
-def _first(argument: Any, *_: object) -> Any:  # noqa: ANN401
-    return argument
-
-
 EVIDENCE, FIT = "omnimate.mismatch.evidence.search", "omnimate.mismatch.evidence.conditional_fit"
 SEARCH, ANSWER = "omnimate.mismatch.investigate", "omnimate.mismatch.answer"
 RULES: dict[str, Rule] = {
@@ -106,7 +102,7 @@ RULES: dict[str, Rule] = {
         lambda terms, _: [False] * len(terms),
     ),
     "doubt: an unknown's omnibus test": (f"{ANSWER}.findings.surest_unknown", _always(SUREST)),
-    "doubt: a number beside what varies": (f"{ANSWER}.doubts._lasting", _always(set())),
+    "doubt: a calibrated number where the error varies": (f"{ANSWER}.doubts._lasting", _always(set())),
     "omnibus test": (f"{ANSWER}.findings.leftover", _always(Leftover(1.0))),
     "relevance": (f"{ANSWER}.findings._relevant", lambda present, *_: (tuple(present), ())),
     "averaged calibration": (f"{ANSWER}.findings.averaged", lambda fit: fit.calibrated),
@@ -174,16 +170,9 @@ def rules(
         corpus = each.corpus(folder, Request(seed, cases), jobs, progress_bar)
         labels.update(corpus.labels)
         questions.update({case: corpus.question(case) for case in corpus.labels})
-    asked = {
-        f"{case} without {name}": (name, question)
-        for name in (WHOLE, *wanted)
-        for case, question in questions.items()
-    }
+    wanted = [WHOLE, *wanted]
+    asked = {f"{case} without {name}": (name, questions[case]) for name in wanted for case in questions}
     with progress_bar("leaving out one rule at a time") as report:
-        told = run.ask_all(ask_without, asked, jobs, report, folder / "rules.jsonl")
-    show(
-        table(
-            labels,
-            {name: {case: told[f"{case} without {name}"] for case in questions} for name in (WHOLE, *wanted)},
-        )
-    )
+        replies = run.ask_all(ask_without, asked, jobs, report, folder / "rules.jsonl")
+    answers = {name: {case: replies[f"{case} without {name}"] for case in questions} for name in wanted}
+    show(table(labels, answers))

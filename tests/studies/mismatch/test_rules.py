@@ -51,6 +51,6 @@ def test_a_rule_is_left_out_where_it_decides_and_nowhere_else(studies, tmp_path,
 
 
 def test_an_unknown_rule_is_refused_with_those_that_there_are(studies, tmp_path):
-    told = studies("rules", "--world", "unnamed", "--rule", "luck", "--out", tmp_path)
-    assert told.code == 1
-    assert "no rule luck; expected" in told.err
+    refused = studies("rules", "--world", "unnamed", "--rule", "luck", "--out", tmp_path)
+    assert refused.code == 1
+    assert "no rule luck; expected" in refused.err
