@@ -87,16 +87,3 @@ def multiply(out: Array, matrix: Array, vector: Array) -> None:
         if factor != 0.0:
             for column in range(len(vector)):
                 out[column] += factor * matrix[row, column]
-
-
-@compiled
-def quadratic_form(matrix: Array, vector: Array) -> float:
-    """Return vector' matrix vector of a matrix `(n, n)` and a vector `(n,)`, most of which may be zero."""
-    total = 0.0
-    for row in range(len(vector)):
-        if vector[row] != 0.0:
-            drawn = 0.0
-            for column in range(len(vector)):
-                drawn += matrix[row, column] * vector[column]
-            total += vector[row] * drawn
-    return total

@@ -57,22 +57,31 @@ def learned_values(vehicle: VehicleParameters, slow: SlowParameters) -> tuple[Le
     )
 
 
-def learned_vehicle(vehicle: VehicleParameters, slow: SlowParameters) -> VehicleParameters:
-    """Return the robot with the parameters that the filter estimated.
+def learned_vehicle(
+    vehicle: VehicleParameters, slow: SlowParameters, findings: Findings
+) -> VehicleParameters:
+    """Return the robot with the parameters that the filter estimated, except those that are undecided.
 
     Creep is no parameter of `vehicle.toml`. A joint bias may also be an axle turned in its truck: encoders
     cannot distinguish them. The path is the same, the heading of the body is not.
     """
+    undecided = {name for name, _ in findings.undecided}
+
+    def taken(name: str, value: float) -> float:
+        return 0.0 if name in undecided else value
+
     trucks: dict[TruckName, Truck] = {}
     for number, name in enumerate(vehicle.trucks):
         truck, (left, right) = vehicle.trucks[name], slow.wheel[2 * number : 2 * number + 2].tolist()
+        wider = taken(f"wheelbase of {name}", float(slow.wheelbase[number]))
         trucks[name] = Truck(
-            wheelbase=truck.wheelbase * (1.0 + float(slow.wheelbase[number])),
-            wheel_diameter_left=truck.wheel_diameter_left * (1.0 + left),
-            wheel_diameter_right=truck.wheel_diameter_right * (1.0 + right),
+            wheelbase=truck.wheelbase * (1.0 + wider),
+            wheel_diameter_left=truck.wheel_diameter_left * (1.0 + taken(f"diameters of {name}", left)),
+            wheel_diameter_right=truck.wheel_diameter_right * (1.0 + taken(f"diameters of {name}", right)),
         )
-    joint_a, joint_b = slow.joint_bias.tolist()
-    return without_biases(vehicle, trucks, (joint_a, joint_b), slow.link_bias)
+    biases = slow.joint_bias.tolist()
+    joint_a, joint_b = (taken(f"bias of {joint}", bias) for joint, bias in zip(JOINTS, biases, strict=True))
+    return without_biases(vehicle, trucks, (joint_a, joint_b), taken("bias of link", slow.link_bias))
 
 
 def advice_of(findings: Findings) -> tuple[Advice, ...]:
@@ -84,7 +93,9 @@ def advice_of(findings: Findings) -> tuple[Advice, ...]:
             f"take over its learned value{_ambiguity(name)}",
         )
         for name, probability in findings.suspects
+        if (name, probability) not in findings.undecided
     ]
+    wrong += _undecided(findings.undecided)
     wrong += [
         Advice(
             "warning",
@@ -108,12 +119,27 @@ def advice_of(findings: Findings) -> tuple[Advice, ...]:
     return (*wrong, *_unidentified(findings.untold), SCALE_ADVICE)
 
 
+def _undecided(values: tuple[tuple[str, float], ...]) -> list[Advice]:
+    """Return advice on values that may be wrong or not; none where there are none."""
+    if not values:
+        return []
+    named = ", ".join(f"{name} ({probability:.2f})" for name, probability in values)
+    return [
+        Advice(
+            "warning" if sum(probability for _, probability in values) >= 0.5 else "note",
+            f"the encoders do not tell which of these is wrong (probability): {named}",
+            "drive bends to both sides in which both joints turn, or record absolute poses (fixes); until "
+            "then these values stay as they are",
+        )
+    ]
+
+
 def _ambiguity(name: str) -> str:
     """Return an alternative explanation of a suspect, with a remedy; empty for none."""
     if name.startswith("bias of joint"):
         return "; an axle that is turned in its truck looks the same: only poses of the truck tell them apart"
-    if name.startswith("both diameters"):
-        return "; if it is the other truck, the scale is wrong: measure a straight of some metres"
+    if name.startswith("diameters"):
+        return "; the mean of all wheels is not told: measure a straight of some metres"
     return ""
 
 

@@ -16,7 +16,7 @@ from omnimate.cli.track.live import RowWriter, follow_robot, open_rows
 from omnimate.cli.track.words import disturbance_in_words, show_summary
 
 if TYPE_CHECKING:
-    from omnimate.ipec.filter.findings import SlowParameters
+    from omnimate.ipec.filter.findings import Findings, SlowParameters
     from omnimate.ipec.filter.prior import Prior
     from omnimate.ipec.tracker import Tracker
     from omnimate.vehicle.parameters import VehicleParameters
@@ -67,28 +67,28 @@ def track(
     prior = NOMINAL if uncalibrated else CALIBRATED
     with open_rows(csv, jsonl) as writer:
         if recording is not None:
-            robot, slow = _track_recording(recording, prior, writer, every)
+            robot, slow, findings = _track_recording(recording, prior, writer, every)
         else:
             assert bus is not None  # exactly one of them was given
             tracker = Tracker(nominal_vehicle(vehicle), prior=prior)
             _track_bus(bus, tracker, writer, seconds=seconds, every=every, listen_only=listen_only)
-            robot, slow = tracker.vehicle, tracker.slow
+            robot, slow, findings = tracker.vehicle, tracker.slow, tracker.findings
     if out_file is not None:
-        _write(robot, slow, out_file)
+        _write(robot, slow, findings, out_file)
 
 
-def _write(robot: VehicleParameters, slow: SlowParameters, path: Path) -> None:
+def _write(robot: VehicleParameters, slow: SlowParameters, findings: Findings, path: Path) -> None:
     """Write the robot with what was learned of it."""
     from omnimate.calib.linkage.learned import learned_vehicle
     from omnimate.vehicle.file import save_vehicle
 
-    save_vehicle(learned_vehicle(robot, slow), path)
+    save_vehicle(learned_vehicle(robot, slow, findings), path)
     err.print(f"written: {path}; drive again, and compare: nothing should be left to learn", markup=False)
 
 
 def _track_recording(
     folder: Path, prior: Prior, writer: RowWriter, every: float
-) -> tuple[VehicleParameters, SlowParameters]:
+) -> tuple[VehicleParameters, SlowParameters, Findings]:
     from omnimate.calib.linkage.learned import learned_values
     from omnimate.calib.monitoring.channels import check_frozen
     from omnimate.files.recordings.folder import load_recording
@@ -107,7 +107,7 @@ def _track_recording(
     if last is not None:
         values = learned_values(recording.vehicle, estimate.slow)
         show_summary(last, values, estimate.findings, to_stdout=writer.leaves_stdout)
-    return recording.vehicle, estimate.slow
+    return recording.vehicle, estimate.slow, estimate.findings
 
 
 def _track_bus(

@@ -91,7 +91,7 @@ class Trace(NamedTuple):
         means: First six states, shape `(N, 6)`.
         checkpoints: State before each block of `BLOCK_SAMPLES` samples, `(B,)` records of `FilterState`.
         filter_checkpoints: Open filters before each block, `(B, H)` records of `OpenFilter`.
-        moves: Moves of the estimate to the mixture, see `move_to_mixture`, shape `(D, 20)`.
+        moves: Moves of the estimate to the mixture, see `move_to_mixture`, shape `(D, 21)`.
     """
 
     poses: Array
@@ -179,7 +179,7 @@ def run_forward(
         np.empty((count, POSE)),
         np.zeros(blocks, layout(FilterState)),
         np.zeros((blocks, HYPOTHESIS_COUNT), filters.dtype),
-        np.empty((decisions, STATES + 1)),
+        np.empty((decisions, STATES + 2)),
     )
     trace_filter(filter_.settings, state, filters, table, trace)
     pose_a, pose_b = trace.poses

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.ipec.filter.hypotheses import HYPOTHESES, READINGS
-from omnimate.ipec.filter.prior import SUSPECT_NAMES, SUSPECT_SIZES, suspect_directions
+from omnimate.ipec.filter.prior import SUSPECT_NAMES, SUSPECT_SIZES, VALUE_NAMES, suspect_directions
 from omnimate.ipec.filter.records import CREEP, FAST, JOINT_BIAS, LENGTH_BIAS, WHEEL, WHEELBASE
 from omnimate.vehicle.parameters import WHEELS
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 MIN_LOST_TRAVEL = 7e-4  # [m] smallest lost travel that is reported; false alarms amount to 0.2 mm
 MIN_PROBABILITY = 0.5  # of a suspect that is reported
+UNDECIDED = 0.1, 0.9  # probabilities between which a suspect is neither wrong nor right; assumption
 MIN_SCATTER_FACTOR = 3.0  # [1] scatter over expected scatter that is reported (assumption)
 IDENTIFIABLE_FRACTION = (
     1.0 / 3.0
@@ -106,7 +107,9 @@ class Findings:
     """What contradicts the description of the robot, or the model of its motion.
 
     Attributes:
-        suspects: Probably wrong values of `vehicle.toml`, from `prior.SUSPECT_NAMES`, with probabilities.
+        suspects: Probably wrong values of `vehicle.toml`, from `prior.VALUE_NAMES`, with probabilities.
+        undecided: Values of which the readings do not tell whether they are wrong, with probabilities; often
+            several that explain the same readings.
         misread: Readings with an error beyond a constant bias, from `hypotheses.READINGS`, with
             probabilities: a joint with play or out of centre, a slider that sticks, a late reading, a drive
             that winds up.
@@ -116,6 +119,7 @@ class Findings:
     """
 
     suspects: tuple[tuple[str, float], ...]
+    undecided: tuple[tuple[str, float], ...]
     misread: tuple[tuple[str, float], ...]
     scatter: tuple[tuple[str, float], ...]
     untold: tuple[str, ...]
@@ -124,17 +128,16 @@ class Findings:
 def findings(settings: Record, state: Record, filters: Record) -> Findings:
     """Return the findings in a state of the filter, a record `(1,)`, and its open filters."""
     likely = filters[state["weight"][0].argmax()]
-    probable = state["suspicion"][0].tolist()
-    suspects = tuple(
-        (name, value) for name, value in zip(SUSPECT_NAMES, probable, strict=True) if value >= MIN_PROBABILITY
-    )
+    probable = tuple(zip(VALUE_NAMES, state["suspicion"][0].tolist(), strict=True))
+    suspects = tuple((name, value) for name, value in probable if value >= MIN_PROBABILITY)
+    undecided = tuple((name, value) for name, value in probable if UNDECIDED[0] <= value <= UNDECIDED[1])
     expected, trust, learned = settings["noise"][0], settings["trust"][0], likely["learned"]
     level = (expected * trust + learned[:, 0]) / (trust + learned[:, 1])
     factors = np.sqrt(np.divide(level, expected, out=np.zeros(4), where=expected > 0.0)).tolist()
     scatter = tuple(
         (name, value) for name, value in zip(LEVELS, factors, strict=True) if value >= MIN_SCATTER_FACTOR
     )
-    return Findings(suspects, _misreading(state["weight"][0]), scatter, _unidentified(likely))
+    return Findings(suspects, undecided, _misreading(state["weight"][0]), scatter, _unidentified(likely))
 
 
 def _unidentified(likely: np.void) -> tuple[str, ...]:
@@ -151,7 +154,7 @@ def _unidentified(likely: np.void) -> tuple[str, ...]:
     return tuple(
         name
         for name, sigma, size in zip(SUSPECT_NAMES, sigmas.tolist(), SUSPECT_SIZES, strict=True)
-        if sigma > IDENTIFIABLE_FRACTION * size and not name.startswith(("diameter", "both"))
+        if sigma > IDENTIFIABLE_FRACTION * size and not name.startswith("diameter") and "both" not in name
     )
 
 

@@ -98,7 +98,7 @@ def apply_fix(
     settings: Record, states: Record, filters: Record, truck: int, pose: Array, sigma: Array
 ) -> None:
     """Apply an absolute pose `(3,)` of a truck with standard deviations `(3,)`, in place; nan is skipped."""
-    gain, moves = np.empty(STATES + 2), np.empty((0, STATES + 1))
+    gain, moves = np.empty(STATES + 2), np.empty((0, STATES + 2))
     finish_open_step(settings[0], states[0], filters, moves)
     for hypothesis in range(HYPOTHESIS_COUNT):
         for axis in range(3):

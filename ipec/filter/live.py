@@ -21,6 +21,7 @@ from omnimate.ipec.filter.prior import (
     FilterNoise,
     Prior,
     suspect_directions,
+    suspect_values,
 )
 from omnimate.ipec.filter.records import (
     FAST,
@@ -199,11 +200,12 @@ def filter_settings(vehicle: VehicleParameters, noise: FilterNoise, prior: Prior
     settings["log_prior"] = log_prior_probabilities(prior.wrong)
     settings["drift"], settings["gate"] = noise.drift**2, noise.gate**2
     settings["hold"], settings["distrust"] = noise.hold, noise.distrust
-    settings["open_variance"], settings["nominal_information"] = (
-        np.square(OPEN_SIGMAS),
-        np.linalg.inv(prior.covariance),
-    )
-    settings["suspect"], settings["size"], settings["odds"] = suspect_directions(), SUSPECT_SIZES, prior.odds
+    directions, information = suspect_directions(), np.linalg.inv(prior.covariance)
+    settings["open_variance"], settings["nominal_information"] = np.square(OPEN_SIGMAS), information
+    settings["suspect_information"] = directions @ information
+    settings["suspect_precision"] = directions @ information @ directions.T
+    settings["suspect_value"] = suspect_values()
+    settings["size"], settings["odds"] = SUSPECT_SIZES, prior.odds
     settings["independent_share"] = STEP_LENGTH / noise.correlated
     return records
 

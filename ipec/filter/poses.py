@@ -58,6 +58,13 @@ def add_axle_angle_variance(covariance: Array, mean: Array, origin: Array, varia
 
 
 @compiled
+def add_nonlinear_error(covariance: Array, error: float) -> None:
+    """Add to a covariance the error of the position that is not linear in that of the heading [m]."""
+    covariance[X, X] += error * error
+    covariance[Y, Y] += error * error
+
+
+@compiled
 def fill_pose_jacobian(mean: Array, truck: int, rows: Array) -> None:
     """Fill the derivatives `(3, 19)` of a truck's pose by the states; `truck` is 0 for a, 1 for b."""
     rows[:] = 0.0

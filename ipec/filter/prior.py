@@ -11,19 +11,29 @@ import numpy as np
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from omnimate.vehicle.compiled import Array
 
 SUSPECT_NAMES = (
     *("diameter of a.left", "diameter of a.right", "diameter of b.left", "diameter of b.right"),
-    *("both diameters of a", "both diameters of b", "wheelbase of a", "wheelbase of b"),
-    *("sideways creep of a", "sideways creep of b", "bias of joint_a", "bias of joint_b", "bias of link"),
-    *("unequal diameters of a", "unequal diameters of b"),
+    *("both diameters of a", "both diameters of b", "unequal diameters of a", "unequal diameters of b"),
+    *("wheelbase of a", "wheelbase of b", "sideways creep of a", "sideways creep of b"),
+    *("unequal diameters of both trucks", "sideways creep of both trucks"),
+    *("bias of joint_a", "bias of joint_b", "bias of link"),
 )
-"""Parameters of `vehicle.toml` that may be wrong, alone or in common."""
+"""Parameters of `vehicle.toml` that may be wrong, alone, or alike in both trucks by one cause: a load that
+leans to a side, or tyres of one kind."""
+VALUE_NAMES = (
+    *("diameters of a", "diameters of b", "wheelbase of a", "wheelbase of b"),
+    *("sideways creep of a", "sideways creep of b", "bias of joint_a", "bias of joint_b", "bias of link"),
+)
+"""What a suspect changes. Several suspects may change one of them with nearly the same readings."""
 # Largest standard deviation of each suspect. Assumptions: rubber tyres and their load, 1 %; the contact
 # points of wide tyres, 3 %; sideways speed of a rubber tyre per lateral acceleration, 0.05 s; a zero set by
-# eye, 1 degree; a tape measure, 10 mm; unequal diameters, 1 %.
-SUSPECT_SIZES = (0.01,) * 6 + (0.03,) * 2 + (0.05,) * 2 + (math.radians(1.0),) * 2 + (0.01,) + (0.01,) * 2
+# eye, 1 degree; a tape measure, 10 mm.
+DIAMETER, BASE, CREEP, ZERO = 0.01, 0.03, 0.05, math.radians(1.0)
+SUSPECT_SIZES = (*(DIAMETER,) * 8, BASE, BASE, CREEP, CREEP, DIAMETER, CREEP, ZERO, ZERO, 0.01)
 MIN_SIGMA = 1e-6  # smallest standard deviation of the prior, so that its covariance can be inverted
 # Prior of the open filter: a few times `SUSPECT_SIZES`, so that the data alone determine its slow states.
 OPEN_SIGMAS = (0.03,) * 4 + (0.1,) * 2 + (0.2,) * 2 + (math.radians(3.0),) * 2 + (0.03,)
@@ -71,13 +81,21 @@ class Prior:
 
 
 def suspect_directions() -> Array:
-    """Return the direction of each of `SUSPECT_NAMES` in the slow states, shape `(15, 11)`."""
-    out = np.zeros((15, 11))
+    """Return the direction of each of `SUSPECT_NAMES` in the slow states, shape `(17, 11)`."""
+    out = np.zeros((len(SUSPECT_NAMES), 11))
     out[:4, :4] = np.eye(4)
     out[4, :2] = out[5, 2:4] = 1.0
-    out[6:13, 4:] = np.eye(7)
-    out[13, :2], out[14, 2:4] = (-0.5, 0.5), (-0.5, 0.5)
+    out[6, :2] = out[7, 2:4] = out[12, :2] = out[12, 2:4] = -0.5, 0.5
+    out[8:12, 4:8] = np.eye(4)
+    out[13, 6:8] = 1.0
+    out[14:, 8:] = np.eye(3)
     return out
+
+
+def suspect_values() -> NDArray[np.bool_]:
+    """Return whether each of `SUSPECT_NAMES` changes each of `VALUE_NAMES`, shape `(17, 9)`."""
+    changed = suspect_directions() != 0.0
+    return np.column_stack([changed[:, :2].any(axis=1), changed[:, 2:4].any(axis=1), changed[:, 4:]])
 
 
 CALIBRATED = Prior()

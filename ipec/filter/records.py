@@ -22,7 +22,8 @@ SLOW = STATES - FAST  # systematic errors of the encoders
 INPUTS = 8  # travel of four wheels, sideways slip of two trucks, their slip ahead
 SIDES, AHEAD = 4, 6  # the first of each kind
 HYPOTHESIS_COUNT = len(HYPOTHESES)  # filters of the bank, one for every hypothesis
-SUSPECT_COUNT = 15  # length of `prior.SUSPECT_NAMES`
+SUSPECT_COUNT = 17  # length of `prior.SUSPECT_NAMES`
+VALUE_COUNT = 9  # length of `prior.VALUE_NAMES`
 
 
 class FilterSettings(Scales):
@@ -42,7 +43,10 @@ class FilterSettings(Scales):
         distrust: Standard deviation of a distrusted wheel's travel, as a fraction of what it rolled.
         open_variance: Prior variance of the slow states in an open filter, shape `(11,)`.
         nominal_information: Prior inverse covariance of the slow states without suspects, `(11, 11)`.
-        suspect: Direction of each suspect in the slow states, shape `(15, 11)`.
+        suspect_information: Direction U of each suspect in the slow states, times `nominal_information` P0,
+            shape `(17, 11)`.
+        suspect_precision: U P0 U', shape `(17, 17)`.
+        suspect_value: 1 where a suspect changes one of `prior.VALUE_NAMES`, shape `(17, 9)`.
         size: Standard deviation of each suspect along its direction.
         odds: Log odds that a given suspect is present.
         independent_share: Step length over the correlation length of the errors: weight of a step's
@@ -62,9 +66,11 @@ class FilterSettings(Scales):
     distrust: float
     open_variance: Annotated[Array, 11]
     nominal_information: Annotated[Array, (11, 11)]
-    suspect: Annotated[Array, (15, 11)]
-    size: Annotated[Array, 15]
-    odds: Annotated[Array, 15]
+    suspect_information: Annotated[Array, (17, 11)]
+    suspect_precision: Annotated[Array, (17, 17)]
+    suspect_value: Annotated[IntArray, (17, 9)]
+    size: Annotated[Array, 17]
+    odds: float
     independent_share: float
 
 
@@ -77,6 +83,7 @@ class Step:
         offset: Open filter's estimate minus it, shape `(6,)`.
         covariance: Covariance of the open filter, shape `(19, 19)`.
         shift: How far the first six states moved to the mixture, shape `(6,)`.
+        nonlinear_error: Error of the position that is not linear in that of the heading [m].
         step_travel: Travel of the wheels [m], shape `(4,)`.
         decay: Correlation of the error before and after the step.
         reading: Number in `hypotheses.READINGS` of the erroneous reading; -1 for none.
@@ -93,6 +100,7 @@ class Step:
     offset: Annotated[Array, 6]
     covariance: Annotated[Array, (19, 19)]
     shift: Annotated[Array, 6]
+    nonlinear_error: float
     step_travel: Annotated[Array, 4]
     decay: float
     reading: int
@@ -122,7 +130,8 @@ class FilterState(Reading):
         origin: Position of truck a at the start [m], shape `(2,)`.
         has_fix: 1 once an absolute pose was applied.
         axle_variance: Variance of the angle between body and wheels of truck a [rad^2].
-        suspicion: Probability of every suspect, shape `(15,)`.
+        nonlinear_error: Error of the position that is not linear in that of the heading [m]; without fixes.
+        suspicion: Probability that each of `prior.VALUE_NAMES` is wrong, shape `(9,)`.
         shift: How far the first six states moved to the mixture after this sample, shape `(6,)`.
         step_start: Heading of the link, joint angles and length at the start of the step, shape `(4,)`.
         step_travel: Travel of the wheels since the start of the step [m], shape `(4,)`.
@@ -167,7 +176,8 @@ class FilterState(Reading):
     origin: Annotated[Array, 2]
     has_fix: int
     axle_variance: float
-    suspicion: Annotated[Array, 15]
+    nonlinear_error: float
+    suspicion: Annotated[Array, 9]
     shift: Annotated[Array, 6]
     step_start: Annotated[Array, 4]
     step_travel: Annotated[Array, 4]

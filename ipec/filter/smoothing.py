@@ -16,8 +16,7 @@ from omnimate.ipec.filter.adjoint import Adjoint, undo_decay, undo_linkage, undo
 from omnimate.ipec.filter.estimate import BLOCK_SAMPLES, Table, Trace
 from omnimate.ipec.filter.fixes import apply_fixes
 from omnimate.ipec.filter.forms import fill_error_transition
-from omnimate.ipec.filter.mixture import average_slow_states
-from omnimate.ipec.filter.poses import add_axle_angle_variance, fill_pose
+from omnimate.ipec.filter.poses import add_axle_angle_variance, add_nonlinear_error, fill_pose
 from omnimate.ipec.filter.records import (
     FAST,
     HYPOTHESIS_COUNT,
@@ -30,6 +29,7 @@ from omnimate.ipec.filter.records import (
     Step,
 )
 from omnimate.ipec.filter.step import advance
+from omnimate.ipec.filter.suspects import average_slow_states
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
 from omnimate.vehicle.matrices import multiply
 
@@ -100,6 +100,7 @@ def store_step(state: FilterState, opened: OpenFilter, step: Step) -> None:
     step.mean[:], step.offset[:] = state.mean[:POSE], opened.offset[:POSE]
     step.covariance[:] = opened.covariance
     step.shift[:], step.step_travel[:] = state.shift, state.last_step_travel
+    step.nonlinear_error = state.nonlinear_error
     step.transition[:], step.inputs[:] = state.transition, state.inputs
     step.input_variance[:] = opened.input_variance
     step.updated[:], step.gain[:] = opened.updated, opened.gain
@@ -175,6 +176,7 @@ def smooth_block(
             mean[row] = step.mean[row] + block.moves[place, 0, row]
             block.moves[place, 1, row] = block.moves[place, 0, row] + step.shift[row]
         add_axle_angle_variance(covariance, mean, ends[0].origin, ends[0].axle_variance)
+        add_nonlinear_error(covariance, step.nonlinear_error)
         for truck in range(2):
             fill_pose(mean, covariance, truck, pose, block.sigmas[place, truck])
         while last >= 0 and fixes[last].sample > block.samples[place]:

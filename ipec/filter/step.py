@@ -255,4 +255,4 @@ def predict_live(settings: Record, states: Record, counts: IntArray, present: ND
 @compiled
 def run_hypotheses_live(settings: Record, states: Record, filters: Record, task: int) -> None:
     """Run the task that `predict_live` returned in the open filters, in place."""
-    run_hypotheses(settings[0], states[0], filters, task, np.empty((0, STATES + 1)))
+    run_hypotheses(settings[0], states[0], filters, task, np.empty((0, STATES + 2)))

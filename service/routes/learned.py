@@ -58,6 +58,9 @@ class Learned(RowModel):
     ]
     values: list[LearnedValue]
     suspects: Annotated[list[Probable], Field(description="What is probably wrong in the vehicle's version.")]
+    undecided: Annotated[
+        list[Probable], Field(description="What may be wrong or not; accepting leaves it as it is.")
+    ]
     misread: Annotated[list[Probable], Field(description="What reads more than an angle and a bias.")]
     untold: Annotated[list[str], Field(description="What this drive does not identify.")]
     advice: list[Advice]
@@ -72,15 +75,23 @@ def learned_view(db: Db, vehicle: VehicleParameters, slow: SlowParameters, findi
         vehicle_version=None if described is None else described.version,
         values=learned_values(vehicle, slow),
         suspects=[Probable(name=name, probability=value) for name, value in findings.suspects],
+        undecided=[Probable(name=name, probability=value) for name, value in findings.undecided],
         misread=[Probable(name=name, probability=value) for name, value in findings.misread],
         advice=advice_of(findings),
     )
 
 
 def accept_learned(
-    db: Db, vehicle: VehicleParameters, slow: SlowParameters, origin: str, expected: str | None
+    db: Db,
+    vehicle: VehicleParameters,
+    slow: SlowParameters,
+    findings: Findings,
+    origin: str,
+    expected: str | None,
 ) -> VehicleRow:
-    """Make what was learned of a vehicle its newest version; `expected` is None where it may be any.
+    """Make what was learned of a vehicle its newest version, except what is undecided.
+
+    `expected` is None where the version may be any.
 
     Raises:
         StateError: the service has no version with these parameters.
@@ -97,7 +108,7 @@ def accept_learned(
             f"the robot drove by version {described.version} of vehicle {vehicle.name!r}, not {expected}; "
             "look at what was learned again"
         )
-    learned = learned_vehicle(vehicles.parameters_of(described), slow)
+    learned = learned_vehicle(vehicles.parameters_of(described), slow, findings)
     return vehicles.add_version(db, learned, origin, described.version)
 
 
@@ -141,7 +152,9 @@ def accept(call: Operating, if_match: IfMatch) -> Response:
     expected = expected_version(if_match)
 
     def act(db: Db) -> Answer:
-        row = accept_learned(db, tracker.vehicle, tracker.slow, "learned on the way", expected)
+        row = accept_learned(
+            db, tracker.vehicle, tracker.slow, tracker.findings, "learned on the way", expected
+        )
         return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 
     response = call.change(None, act)
@@ -175,7 +188,7 @@ def accept_of_recording(
         recording, estimate = learned
         accepted.append(recording.vehicle.name)
         origin = f"learned from recording {recording_id}"
-        row = accept_learned(db, recording.vehicle, estimate.slow, origin, expected)
+        row = accept_learned(db, recording.vehicle, estimate.slow, estimate.findings, origin, expected)
         return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 
     response = call.compute_and_change(

@@ -67,7 +67,7 @@ def run_subsets(
             where nothing was mixed.
         sigmas: Filled with their standard deviations, likewise.
     """
-    state, moves, steps = states[0], np.empty((0, STATES + 1)), 0
+    state, moves, steps = states[0], np.empty((0, STATES + 2)), 0
     trial, subset_settings = states.copy(), settings.copy()
     odds = priors.copy()
     for sample in range(len(table.counts)):
