@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any
 from unittest.mock import patch
@@ -112,14 +113,17 @@ RULES: dict[str, Rule] = {
     ),
 }
 WHOLE = "nothing left out"
+TOGETHER = " + "  # between the names of rules that are left out at once
 
 
 def ask_without(asked: tuple[str, Question]) -> Answer:
-    """Return the answer to a question without a rule."""
+    """Return the answer to a question without a rule, or without several."""
     rule, question = asked
     if rule == WHOLE:
         return answered(question)
-    with patch(*RULES[rule]):
+    with ExitStack() as left_out:
+        for name in rule.split(TOGETHER):
+            left_out.enter_context(patch(*RULES[name]))
         return answered(question)
 
 
@@ -152,7 +156,8 @@ def rules(
     world: Annotated[list[str], typer.Option(help="A world to ask about, as in `prove`.")],
     folder: Annotated[Path, typer.Option("--out", help="Keep recordings and answers here.")],
     rule: Annotated[
-        list[str] | None, typer.Option(help="A rule to leave out; all of them where none is named.")
+        list[str] | None,
+        typer.Option(help="A rule to leave out, or 'one + another' at once; each one where none is named."),
     ] = None,
     cases: Annotated[int | None, typer.Option(help="Cases of each world.", min=1)] = None,
     data: Annotated[Path, typer.Option(help="Folder of labelled sets.")] = Path("../shared/data"),
@@ -161,7 +166,7 @@ def rules(
 ) -> None:
     """Leave the rules of the diagnosis out, one at a time, and count what that changes."""
     wanted = [*(rule or RULES)]
-    if unknown := set(wanted) - RULES.keys():
+    if unknown := {name for names in wanted for name in names.split(TOGETHER)} - RULES.keys():
         raise OmnimateError(f"no rule {', '.join(sorted(unknown))}; expected {', '.join(RULES)}")
     folder.mkdir(parents=True, exist_ok=True)
     labels: dict[str, Label] = {}
