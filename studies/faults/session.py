@@ -32,6 +32,7 @@ STOP_TIME = 0.1  # [s] from a drive's fault until all wheels are commanded to st
 COAST_TIME = 1.5  # [s] without a command until all wheels stand: the drives' watchdog of 0.5 s and a ramp
 BOOT = 3.0  # [s] after a power cut until the driver is started again
 RECORDED = 4  # sessions without a fault of the disk, of which one is recorded
+LOG_STEP = 1e-6  # [s], the last digit of a log: two SYNCs may be close together after a late one
 WATCH = 1.0  # [s] between two looks at the reports
 SETTLE = 10.0  # [s] at the end in which everything must work
 STOPS = frozenset(
@@ -296,11 +297,10 @@ class _Session:
         A log knows no window: an answer after the driver has closed a sample, as after a silence or while the
         drives are enabled, may be in time there. A SYNC of another device makes a sample in a log.
         """
-        half = self._vehicle.bus.sync_period / 2.0
         full = min((START + at for at, _ in self._full() if START + at > samples[0].time), default=math.inf)
-        rows = np.searchsorted(recording.time, [sample.time - half for sample in samples]).tolist()
+        rows = np.searchsorted(recording.time, [sample.time - LOG_STEP for sample in samples]).tolist()
         for row, sample in zip(rows, samples, strict=True):
-            if row == len(recording.time) or recording.time[row] > sample.time + half:
+            if row == len(recording.time) or recording.time[row] > sample.time + LOG_STEP:
                 self._violate(f"the recording has no sample of {sample.time - START:.3f} s")
                 return
             if sample.time > full:

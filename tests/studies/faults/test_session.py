@@ -10,6 +10,8 @@ from omnimate.driver.robot.drives import Drives
 from omnimate.driver.robot.events import EventLog
 from omnimate.driver.robot.supervision import Supervision
 from omnimate.files.logs.formats.candump_writer import CandumpWriter
+from omnimate.files.recordings.folder import load_recording
+from studies.faults import session
 from studies.faults.script import (
     BUS_FAULTS,
     DISK_FAULTS,
@@ -87,3 +89,21 @@ def test_a_log_that_is_never_synced_breaks_a_law_at_a_power_cut(monkeypatch):
     monkeypatch.setattr(CandumpWriter, "sync", lambda _self: None)
     script = replace(DISK, faults=(CUT,))
     assert any("recording" in line for line in run(script).violations)
+
+
+CLOSE = Script("single", 240, (), length=9.557, restarts=(6.804, 8.057))  # two SYNCs in 2.5 ms after `enable`
+
+
+def test_a_recording_of_two_syncs_that_are_close_together_is_compared_with_the_sample_of_each():
+    assert run(CLOSE).violations == []
+
+
+def test_a_recording_with_another_count_in_one_sample_breaks_a_law(monkeypatch):
+    def load_altered(folder):
+        recording = load_recording(folder)
+        counts = recording.counts.copy()
+        counts[-1, 0] += 1
+        return replace(recording, counts=counts)
+
+    monkeypatch.setattr(session, "load_recording", load_altered)
+    assert any("the recording differs" in line for line in run(CLOSE).violations)
