@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 # What installs packages; the gate names a quicker one.
 INSTALL := $(BIN)/python -m pip install --quiet
 
-.PHONY: demo test test-all test-touched coverage lint types smoke check commits constraints bench docs clean
+.PHONY: demo test test-all test-touched coverage mutation lint types smoke check commits constraints bench docs clean
 
 demo: $(VENV)/.installed .mypy_path/omnimate
 	$(BIN)/omnimate demo --out demo-out
@@ -31,6 +31,10 @@ test-touched: $(VENV)/.installed-dev
 coverage: export PYTEST_ADDOPTS = --quiet --durations=20 --cov --cov-report=
 coverage: test
 	$(BIN)/python .ci/coverage_by_room.py
+
+# What the tests of the files in .ci/mutation.toml do not notice; of all, or of FILE.
+mutation: $(VENV)/.installed-dev
+	$(BIN)/python .ci/mutation.py $(FILE)
 
 lint: $(VENV)/.installed-dev .mypy_path/omnimate
 	$(BIN)/ruff check .

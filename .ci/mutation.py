@@ -1,0 +1,136 @@
+"""`make mutation FILE=...`: change one operator, number or statement at a time; list what no test notices.
+
+The changes are cosmic-ray's, and the removal of single statements. Each is tried in a copy of the checkout in
+which compiled functions are plain Python. `mutation.toml` lists files, their tests, and the survivors that
+change no behaviour; with another survivor, or without one of these, the exit code is 1.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from cosmic_ray.ast import get_ast
+from cosmic_ray.mutating import mutate_code
+from cosmic_ray.operators.operator import Operator
+from cosmic_ray.plugins import get_operator
+from hypothesis import Phase, settings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ROOT = Path(__file__).resolve().parents[1]
+CONFIGURATION: dict[str, Any] = tomllib.loads((ROOT / ".ci/mutation.toml").read_text(encoding="utf-8"))
+STYLE = ("TYPE_CHECKING", "& None", "strict=False", "@dataclass")  # lines that only tools or guards read
+
+
+class RemoveStatement(Operator):  # type: ignore[misc]  # cosmic-ray has no types
+    """Replaces an assignment or a call in a function by `pass`."""
+
+    def mutation_positions(self, node: Any) -> Iterator[tuple[object, object]]:  # noqa: ANN401, D102
+        is_call = node.type == "atom_expr" and node.parent.type == "simple_stmt"
+        around = node.parent
+        while around is not None and around.type != "funcdef":
+            around = around.parent
+        if (is_call or node.type == "expr_stmt") and around is not None:
+            yield node.start_pos, node.end_pos
+
+    def mutate(self, node: Any, _index: int) -> Any:  # noqa: ANN401, D102
+        changed = get_ast("pass").children[0]
+        changed.prefix = node.get_first_leaf().prefix
+        return changed
+
+    @classmethod
+    def examples(cls) -> tuple[object, ...]:  # noqa: D102
+        return ()
+
+
+def mutants(source: str) -> list[tuple[str, tuple[str, str]]]:
+    """Return each changed source with the line that it changes and what this becomes."""
+    found = []
+    names = [f"core/{name}" for name in CONFIGURATION["operators"].split()]
+    for operator in (*(get_operator(name)() for name in names), RemoveStatement()):
+        number = 0
+        while (changed := mutate_code(source, operator, number)) is not None:
+            number += 1
+            lines = list(difflib.ndiff(source.splitlines(), changed.splitlines()))
+            was, becomes = (" ".join(line[2:].strip() for line in lines if line[0] == sign) for sign in "-+")
+            if not any(word in becomes for word in STYLE):
+                found.append((changed, (was, becomes)))
+    return found
+
+
+def prepare(copy: str) -> None:
+    """Enter a copy of the checkout, which this process alone uses."""
+    place = Path(tempfile.mkdtemp(dir=copy))
+    command = ["git", "ls-files", "-z"]
+    listed = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    for name in listed.split("\0")[:-1]:
+        (place / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, place / name)
+    (place / "omnimate").symlink_to(place)
+    os.chdir(place)
+    sys.path.insert(0, str(place))
+    sys.dont_write_bytecode = True
+    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"  # loading all takes longer than the tests
+
+
+def passes(file: str, timeout: int, source: str) -> bool:
+    """Return whether the tests of a file pass within a time [s] where this is its source."""
+    Path(file).write_text(source, encoding="utf-8")
+    shutil.rmtree(".hypothesis", ignore_errors=True)  # examples that failed with another change
+    if not (child := os.fork()):
+        signal.alarm(timeout)  # its default action ends the process
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        os.dup2(1, 2)
+        # One failure is enough: to shrink it takes far longer than to find it.
+        settings.register_profile("mutation", phases=[Phase.explicit, Phase.generate])
+        settings.load_profile("mutation")
+        from omnimate.vehicle import compiled
+
+        layout = compiled.layout
+        compiled.compiled = compiled.compiled_without_lock = lambda function: function
+        # Elements of records have attributes, as in compiled code.
+        compiled.layout = lambda fields: np.dtype((np.record, layout(fields)))  # type: ignore[assignment]
+        os._exit(pytest.main([*CONFIGURATION["pytest"], *CONFIGURATION["tests"][file].split()]))
+    return os.waitpid(child, 0)[1] == 0
+
+
+def examine(file: str) -> int:
+    """Print the survivors of a file that have no reason, and return the number of errors."""
+    source = (ROOT / file).read_text(encoding="utf-8")
+    excused = {(entry["was"], entry["becomes"]) for entry in CONFIGURATION["equivalent"].get(file, ())}
+    found = mutants(source)
+    with tempfile.TemporaryDirectory() as copy, ProcessPoolExecutor(2, None, prepare, (copy,)) as pool:
+        began = time.monotonic()
+        if not pool.submit(passes, file, 300, source).result():
+            sys.exit(f"{file}: its tests fail as they are, with compiled functions as plain Python")
+        timeout = 10 + round(5 * (time.monotonic() - began))
+        is_alive = pool.map(partial(passes, file, timeout), [changed for changed, _ in found])
+        survivors = [lines for (_, lines), alive in zip(found, is_alive, strict=True) if alive]
+    unexcused = [lines for lines in survivors if lines not in excused]
+    stale = excused.difference(survivors)
+    for was, becomes in unexcused:
+        print(f"  survived: {was}\n        as: {becomes}")
+    for was, becomes in sorted(stale):
+        print(f"  listed, yet no survivor: {was}\n        as: {becomes}")
+    counts = f"{len(found) - len(survivors)} killed, {len(survivors) - len(unexcused)} equivalent"
+    print(f"{file}: {len(found)} mutants, {counts}, {len(unexcused)} survived", flush=True)
+    return len(unexcused) + len(stale)
+
+
+if __name__ == "__main__":
+    sys.exit(sum(map(examine, sys.argv[1:] or CONFIGURATION["tests"])) > 0)

@@ -1,0 +1,114 @@
+"""Travel that a restarted counter lost: the other wheel's, in the proportion of the ten samples before."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.bridging import BridgedCounter, bridge, set_partners
+from omnimate.vehicle.counters import CounterLaw, begin_sample, counters_of, take_reading
+
+LAW = CounterLaw((2**32,), 10_000, absolute=False)
+STEPS = st.integers(-50, 50)
+PATHS = st.lists(st.tuples(STEPS, STEPS), min_size=1, max_size=30)
+GAPS = st.lists(st.tuples(STEPS, STEPS), max_size=5)
+SCALES = st.sampled_from([(1.0, 1.0), (1.0, -2.0), (-2.0, 1.0)])
+
+
+class Truck:
+    """Two wheel counters, which are read in each sample unless they are missing."""
+
+    def __init__(self, scales=(1.0, 1.0)):
+        self.counters = counters_of([LAW, LAW], BridgedCounter)
+        self.counters["partner"], self.counters["scale"] = (1, 0), scales
+        self.number = 0
+
+    def sample(self, *raw, restarted=()):
+        """Take the raw readings, None for a missing one; return the counts and what was lost."""
+        for column, reading in enumerate(raw):
+            counter = self.counters[column]
+            begin_sample(counter)
+            counter["begins_anew"] |= column in restarted
+            if reading is not None:
+                take_reading(counter, reading)
+        bridge(self.counters, self.number)
+        self.number += 1
+        return self.counters["count"].tolist(), self.counters["lost"].tolist()
+
+
+def proportional(path, travel, scales):
+    """Return the counts that the first wheel lost while the other one travelled; `path`: `(N, 2)`."""
+    before = path[-1] - path[max(len(path) - 11, 0)]
+    if before[1] == 0 or abs(before[0] * scales[0]) > 4.0 * abs(before[1] * scales[1]):
+        return 0
+    return int(np.rint(travel * before[0] / before[1]))
+
+
+@given(PATHS, GAPS, PATHS, GAPS, SCALES)
+def test_a_wheel_loses_what_the_other_one_makes_in_the_proportion_of_the_ten_samples_before(
+    first, gap, second, second_gap, scales
+):
+    """Also at the second time, when the ten samples may reach back to before the first restart."""
+    truck, path, raw = Truck(scales), [np.array([70, -30])], np.array([70, -30])
+    truck.sample(*raw)
+    for steps, missed in ((first, gap), (second, second_gap)):
+        for step in steps:
+            raw = raw + step
+            path.append(path[-1] + step)
+            assert truck.sample(*raw) == (path[-1].tolist(), [0, 0])
+        start = path[-1]
+        lost_path = np.array(path)
+        for step in missed:
+            raw = raw + step
+            path.append(np.array([start[0], path[-1][1] + step[1]]))
+            assert truck.sample(None, raw[1]) == (path[-1].tolist(), [0, 0])
+        raw = np.array([5, raw[1] + 20])
+        travel = path[-1][1] + 20 - start[1]
+        lost = proportional(lost_path, travel, scales)
+        path.append(np.array([start[0] + lost, start[1] + travel]))
+        assert truck.sample(*raw, restarted=[0]) == (path[-1].tolist(), [lost, 0])
+
+
+@pytest.mark.parametrize(("travel", "is_estimated"), [(160, True), (161, False), (-160, True), (-161, False)])
+@pytest.mark.parametrize("column", [0, 1])
+def test_a_wheel_that_travels_four_times_as_far_as_the_other_one_is_the_limit(column, travel, is_estimated):
+    scales = (0.5, -2.0)[:: 1 - 2 * column]
+    truck = Truck(scales)
+    in_order = slice(None, None, 1 - 2 * column)  # the first number of each pair is the restarted wheel's
+    truck.sample(0, 0)
+    truck.sample(*(travel, 10)[in_order])
+    _, lost = truck.sample(*(7, 20)[in_order], restarted=[column])
+    assert lost[in_order] == [travel if is_estimated else 0, 0]
+
+
+def test_nothing_is_estimated_where_both_wheels_restart_in_the_same_gap():
+    truck = Truck()
+    for count in range(0, 100, 10):
+        truck.sample(count, count)
+    assert truck.sample(None, 3, restarted=[1]) == ([90, 90], [0, 0])
+    assert truck.sample(5, 13, restarted=[0]) == ([90, 100], [0, 0])
+    truck.sample(15, 23)
+    lost = round(10 * (100 - 20) / (110 - 20))  # of the ten samples before, of which one was lost
+    assert truck.sample(5, 33, restarted=[0])[1] == [lost, 0], "estimated again after a sample with both"
+
+
+def test_nothing_is_estimated_where_the_wheels_were_never_read_together():
+    truck = Truck()
+    for count in range(0, 100, 10):
+        truck.sample(count, None)
+    assert truck.sample(5, 13, restarted=[0]) == ([90, 13], [0, 0])
+
+
+def test_the_partner_of_a_wheel_is_the_other_one_of_its_truck_and_encoders_of_the_linkage_have_none():
+    vehicle = reference_vehicle()
+    counters = counters_of([LAW] * len(vehicle.channels), BridgedCounter)
+    set_partners(counters, vehicle)
+    found = dict(zip(vehicle.channels, counters[["partner", "scale"]].tolist(), strict=True))
+    names = {"a.left": "a.right", "a.right": "a.left", "b.left": "b.right", "b.right": "b.left"}
+    for channel, (partner, scale) in found.items():
+        if channel in names:
+            assert vehicle.channels[partner] == names[channel]
+            assert scale == vehicle.metres_per_count(channel)
+        else:
+            assert partner == -1
