@@ -28,15 +28,15 @@ from omnimate.ipec.filter.records import (
     OpenFilter,
 )
 from omnimate.vehicle.compiled import Array, compiled
-from omnimate.vehicle.matrices import invert, multiply
+from omnimate.vehicle.matrices import invert, multiply, product
 
 if TYPE_CHECKING:
     Moments = tuple[float, float, float, float, float, float]
 
 SCALES = 3  # equally probable standard deviations of the suspects in a set, each a third of the previous one
-NEGLIGIBLE = (
-    -12.0
-)  # log probability against the best set; 990 sets and scales below change a variance by 5 % at most
+NEGLIGIBLE = math.exp(-12.0)  # probability of a set; all those below change a variance by 5 % at most
+
+SCALED = 300.0  # log probability above which the sums are scaled again: the exponential of 709 overflows
 
 
 @compiled
@@ -78,18 +78,23 @@ def average_sets(settings: FilterSettings, inside: Array, pull: Array) -> tuple[
         `prior.VALUE_NAMES` is wrong `(9,)`.
     """
     best, total = 0.0, 1.0  # of the empty set
-    mean, square = np.zeros(SUSPECT_COUNT), np.zeros((SUSPECT_COUNT, SUSPECT_COUNT))
-    wrong = np.zeros(VALUE_COUNT)
+    mean, wrong = np.zeros(SUSPECT_COUNT), np.zeros(VALUE_COUNT)
+    square, present = np.zeros((SUSPECT_COUNT, SUSPECT_COUNT)), np.zeros((SUSPECT_COUNT, SUSPECT_COUNT))
     for apart in range(SUSPECT_COUNT):  # 0: a suspect alone
         for first in range(SUSPECT_COUNT - apart):
             second = first + apart
-            best, total = add_set(settings, inside, pull, (first, second), (best, total), mean, square, wrong)
+            best, total = add_set(
+                settings, inside, pull, (first, second), (best, total), mean, square, present
+            )
     mean /= total
-    wrong /= total
     for row in range(SUSPECT_COUNT):
         for column in range(row, SUSPECT_COUNT):
             square[row, column] = square[row, column] / total - mean[row] * mean[column]
             square[column, row] = square[row, column]
+            if present[row, column] > 0.0:
+                for value in range(VALUE_COUNT):
+                    if settings.suspect_value[row, value] or settings.suspect_value[column, value]:
+                        wrong[value] += present[row, column] / total
     return mean, square, wrong
 
 
@@ -102,49 +107,48 @@ def add_set(
     so_far: tuple[float, float],
     mean: Array,
     square: Array,
-    wrong: Array,
+    present: Array,
 ) -> tuple[float, float]:
     """Add a suspect, or two, with all of their scales to the sums over sets; arguments as in `average_sets`.
 
-    `so_far` is the log probability of the best set so far, and the sum of the probabilities over it; returned
-    as they are afterwards. `members` are equal for one suspect alone.
+    `so_far` is the log of a probability, and the sum of all probabilities over it; returned as they are
+    afterwards. `members` are equal for one suspect alone.
     """
     first, second = members
     best, total = so_far
     known = inside[first, first], inside[first, second], inside[second, second]
     pulls = pull[first], pull[second]
-    prior, other_variance = settings.odds - math.log(SCALES), 0.0
-    if first != second:
+    variance, other_variance = settings.size[first] ** 2, settings.size[second] ** 2
+    prior = settings.odds - math.log(SCALES)
+    if first == second:
+        other_variance = 0.0
+    else:
         prior += settings.odds
-        other_variance = settings.size[second] ** 2
-    for scale in range(SCALES):
-        mean_1, mean_2, square_1, product, square_2, determinant = moments_of_two(
-            settings.size[first] ** 2 / 9.0**scale, other_variance / 9.0**scale, known, pulls
+    for _ in range(SCALES):
+        mean_1, mean_2, square_1, shared, square_2, determinant = moments_of_two(
+            variance, other_variance, known, pulls
         )
+        variance /= 9.0
+        other_variance /= 9.0
         evidence = prior + 0.5 * (mean_1 * pulls[0] + mean_2 * pulls[1])
-        if evidence < best + NEGLIGIBLE:
-            break  # the determinant is above 1, and smaller sizes explain less
-        evidence -= 0.5 * math.log(determinant)
-        if evidence < best + NEGLIGIBLE:
-            continue
-        if evidence > best:
+        if evidence > best + SCALED:
             shrunk = math.exp(best - evidence)
             best = evidence
             total *= shrunk
             mean *= shrunk
             square *= shrunk
-            wrong *= shrunk
-        weight = math.exp(evidence - best)
+            present *= shrunk
+        weight = math.exp(evidence - best) / math.sqrt(determinant)
+        if weight < total * NEGLIGIBLE:
+            continue
         total += weight
         mean[first] += weight * mean_1
         square[first, first] += weight * (square_1 + mean_1 * mean_1)
-        for value in range(VALUE_COUNT):
-            if settings.suspect_value[first, value] or settings.suspect_value[second, value]:
-                wrong[value] += weight
+        present[first, second] += weight
         if first != second:
             mean[second] += weight * mean_2
             square[second, second] += weight * (square_2 + mean_2 * mean_2)
-            square[first, second] += weight * (product + mean_1 * mean_2)
+            square[first, second] += weight * (shared + mean_1 * mean_2)
     return best, total
 
 
@@ -202,17 +206,13 @@ def add_suspects(settings: FilterSettings, spread: Array, mean: Array) -> Array:
     """
     carried, inside, pull = size_likelihood(settings, spread, mean)
     sizes, scatter, wrong = average_sets(settings, inside, pull)
-    for first in range(SUSPECT_COUNT):
-        if scatter[first, first] == 0.0:
-            continue
+    scattered = np.zeros((SUSPECT_COUNT, SLOW))
+    product(scattered, scatter, carried)
+    for suspect in range(SUSPECT_COUNT):
         for row in range(SLOW):
-            mean[row] += sizes[first] * carried[first, row]
-        for second in range(SUSPECT_COUNT):
-            if scatter[second, second] > 0.0:
-                for row in range(SLOW):
-                    part = scatter[first, second] * carried[first, row]
-                    for column in range(SLOW):
-                        spread[row, column] += part * carried[second, column]
+            mean[row] += sizes[suspect] * carried[suspect, row]
+            for column in range(SLOW):
+                spread[row, column] += carried[suspect, row] * scattered[suspect, column]
     return wrong
 
 
