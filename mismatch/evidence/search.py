@@ -65,7 +65,6 @@ def ranked_candidates(
         for candidate in conditional.members
         for time in (*terms[candidate].fixed.get("times", ()), *_onset(terms[candidate]))
     ]
-    member_terms = [terms[candidate] for candidate in conditional.members]
     log_odds = {
         candidate: conditional.approximate_log_odds(candidate)
         for candidate, term in enumerate(terms)
@@ -74,7 +73,6 @@ def ranked_candidates(
         and term.key not in used_keys
         and not (term.is_unknown and not term.is_event and term.component in named)
         and not _repeats_event(term.component, term.fixed.get("times", ()), occupied)
-        and not (is_push(term) and _is_leftover(posterior, term, member_terms))
     }
     return sorted(
         (candidate for candidate in log_odds if log_odds[candidate] > IMPOSSIBLE),
@@ -93,19 +91,6 @@ def overlap(stretches: Sequence[tuple[float, float]], others: Sequence[tuple[flo
         start - EVENT_SEPARATION < end and begin < stop + EVENT_SEPARATION
         for start, stop in stretches
         for begin, end in others
-    )
-
-
-def _is_leftover(posterior: Posterior, push: Term, events: Iterable[Term]) -> bool:
-    """Say whether a push may be the discrepancy of some events from their laws.
-
-    It is then of the same truck; without poses, a push of one truck shows as one of the other.
-    """
-    posed = any(windows.signals.poses is not None for windows in posterior.regression.windows)
-    return any(
-        overlap(push.stretches, event.active_intervals)
-        for event in events
-        if not posed or event.component.startswith(push.component)
     )
 
 
@@ -255,7 +240,7 @@ def _prune(posterior: Posterior, members: Members) -> Members:
 
     Of members that are impossible together, the likelier stay.
     """
-    members = _without_what_cancels(posterior, _without_leftovers(posterior, members))
+    members = _without_what_cancels(posterior, members)
     certain: set[int] = set()
     while members:
         judged = [member for member in members if member not in certain]
@@ -272,17 +257,6 @@ def _prune(posterior: Posterior, members: Members) -> Members:
         # a certain member is judged once: removing others only raises its odds
         certain |= {member for member, member_odds in log_odds.items() if member_odds > CERTAIN_LOG_ODDS}
     return members
-
-
-def _without_leftovers(posterior: Posterior, members: Members) -> Members:
-    """Return a set without pushes that may be discrepancies of its events."""
-    terms = posterior.terms
-    named = [terms[member] for member in members if not is_push(terms[member])]
-    return tuple(
-        member
-        for member in members
-        if not (is_push(terms[member]) and _is_leftover(posterior, terms[member], named))
-    )
 
 
 def _without_what_cancels(posterior: Posterior, members: Members) -> Members:

@@ -69,7 +69,6 @@ RULES: dict[str, Rule] = {
     "merging two members": (f"{EVIDENCE}._merge_two_members", lambda _, members: members),
     "one in the place of two": (f"{ANSWER}.rivals.replacements_of_two", _always(())),
     "effects of one kind cancel": (f"{EVIDENCE}._without_what_cancels", lambda _, members: members),
-    "pushes that are leftovers": (f"{EVIDENCE}._is_leftover", _always(False)),
     "certain events at once": (f"{EVIDENCE}._with_certain_events", lambda _, __, first: [first]),
     "odds that others raise": (
         "omnimate.mismatch.evidence.candidates.Candidates.odds",
