@@ -1,4 +1,4 @@
-"""A bench for foreign devices: python-can's virtual bus, stepped in one thread through a time of its own.
+"""A bench for foreign devices: a bus without a medium, stepped in one thread through a time of its own.
 
 The time passes only while the driver waits for a frame, so that a test is as fast as its code and repeats
 exactly.
@@ -6,7 +6,7 @@ exactly.
 
 from __future__ import annotations
 
-import itertools
+from collections import deque
 
 import can
 
@@ -14,7 +14,6 @@ from omnimate.driver.bus.clock import WallClock
 from tests.foreign.devices import ForeignNetwork
 
 STEP = 0.001  # [s] between two looks of the devices at their timers
-_numbers = itertools.count()
 
 
 class BenchClock(WallClock):
@@ -23,8 +22,18 @@ class BenchClock(WallClock):
     inline = True
 
 
+class _FarEnd:
+    """What the devices send on: the driver's end has it at once."""
+
+    def __init__(self):
+        self.sent = deque()
+
+    def send(self, message):
+        self.sent.append(message)
+
+
 class Bench(can.BusABC):
-    """The driver's end of a virtual bus, with the devices at the other end and the time of both.
+    """The driver's end of a bus, with the devices at the other end and the time of both.
 
     Attributes:
         now: The time of the bench [s].
@@ -35,18 +44,17 @@ class Bench(can.BusABC):
 
     def __init__(self, nodes):
         self.now = 1000.0
-        self.sent, self.heard, self._coming, self._others = [], [], [], []
-        channel = f"bench {next(_numbers)}"
-        self._near = can.Bus(interface="virtual", channel=channel)
-        self.far = can.Bus(interface="virtual", channel=channel)
+        self.sent, self.heard, self._coming = [], [], []
+        self.far = _FarEnd()
         self.network = ForeignNetwork(self.far)
-        self.network.nodes.clear()
+        self._networks = [self.network]
         self.nodes = {node.id: node for node in nodes}
+        self._devices = [*nodes]
         for node in nodes:
             node.now = self.now
             self.network[node.id] = node
-        super().__init__(channel=channel)
-        self.channel_info = channel
+        super().__init__(channel="bench")
+        self.channel_info = "bench"
 
     def monotonic(self):
         """Return the time of the bench [s]."""
@@ -64,7 +72,8 @@ class Bench(can.BusABC):
         network = ForeignNetwork(self.far)
         node.now = self.now
         network[node.id] = node
-        self._others.append((network, node))
+        self._networks.append(network)
+        self._devices.append(node)
 
     def at(self, seconds, happen):
         """Let something happen after so long [s]; return when that is [s]."""
@@ -75,16 +84,21 @@ class Bench(can.BusABC):
         """Put a frame on the bus that none of the devices sends."""
         self.far.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False, **kwargs))
 
+    def forget(self):
+        """Lose the frames that came for the driver and that it has not received."""
+        self.far.sent.clear()
+
     def send(self, msg, timeout=None):
         self.sent.append((self.now, msg.arbitration_id, bytes(msg.data)))
-        self._near.send(msg)
+        for network in self._networks:
+            network.notify(msg.arbitration_id, msg.data, self.now)
         self._step()
 
     def recv(self, timeout=None):
         end = self.now + (timeout or 0.0)
         while True:
-            message = self._near.recv(0.0)
-            if message is not None:
+            if self.far.sent:
+                message = self.far.sent.popleft()
                 message.timestamp = self.now
                 self.heard.append((self.now, message.arbitration_id, bytes(message.data)))
                 return message
@@ -96,18 +110,11 @@ class Bench(can.BusABC):
     def _recv_internal(self, timeout):
         raise NotImplementedError  # `recv` does it
 
-    def shutdown(self):
-        super().shutdown()
-        self._near.shutdown()
-        self.far.shutdown()
-
     def _step(self):
-        """Hand the devices what came for them, and let their timers run."""
-        while (message := self.far.recv(0.0)) is not None:
-            for network in (self.network, *(network for network, _ in self._others)):
-                network.notify(message.arbitration_id, message.data, self.now)
-        for coming in [coming for coming in self._coming if coming[0] <= self.now]:
-            self._coming.remove(coming)
-            coming[1]()
-        for node in (*self.nodes.values(), *(node for _, node in self._others)):
+        """Let happen what is due, and let the timers of the devices run."""
+        if self._coming:
+            for coming in [coming for coming in self._coming if coming[0] <= self.now]:
+                self._coming.remove(coming)
+                coming[1]()
+        for node in self._devices:
             node.tick(self.now)

@@ -11,10 +11,11 @@ from tests.foreign import robots
 from tests.foreign.bench import Bench, BenchClock
 from tests.foreign.canopennode import nodes
 
-# All cases on CANopenNode double the time of this folder; `test_canopennode.py` always runs on it.
-FAMILIES = ["LocalNode"]
-if not nodes.what_is_missing():
-    FAMILIES.append(pytest.param("CANopenNode", marks=pytest.mark.slow))
+MISSING = nodes.what_is_missing()
+FAMILIES = [
+    "LocalNode",
+    pytest.param("CANopenNode", marks=pytest.mark.skipif(bool(MISSING), reason=MISSING)),
+]
 
 
 @pytest.fixture

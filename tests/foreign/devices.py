@@ -32,7 +32,20 @@ RAMP = 400_000.0  # [counts/s^2] of a drive, also in a quick stop
 
 
 class ForeignNetwork(canopen.Network):
-    """canopen's network without its threads: `Bench` hands it the frames, and nodes time their heartbeats."""
+    """canopen's network without its threads: `Bench` hands it the frames, and nodes time their heartbeats.
+
+    Attributes:
+        hearers: What hears every frame: its identifier, its data and the time.
+    """
+
+    def __init__(self, bus=None):
+        super().__init__(bus)
+        self.hearers = []
+
+    def notify(self, can_id, data, timestamp):
+        super().notify(can_id, data, timestamp)
+        for hear in self.hearers:
+            hear(can_id, data, timestamp)
 
     def send_periodic(self, can_id, data, period, remote=False):
         return _NoTask()
@@ -289,11 +302,12 @@ class ForeignDrive(ForeignNode, DrivenWheel):
 
     def associate_network(self, network):
         super().associate_network(network)
-        for can_id in range(0x200, 0x580):
-            network.subscribe(can_id, self._on_rpdo)
+        network.hearers.append(self._on_rpdo)
 
     def _on_rpdo(self, can_id, data, _timestamp):
-        if not self.is_powered or self.state != OPERATIONAL or can_id != self.number(0x1400, 1):
+        if not self.is_powered or self.state != OPERATIONAL or not 0x200 <= can_id < 0x580:
+            return
+        if can_id != self.number(0x1400, 1):
             return
         word = int.from_bytes(data, "little")
         for entry in self._entries(0x1600):

@@ -328,8 +328,8 @@ void device_receive(Device *d, uint16_t ident, uint8_t length, const uint8_t *da
         CO_CANrx_t *buffer = &d->rx[number];
         if (buffer->callback != NULL && ((ident ^ buffer->ident) & buffer->mask) == 0) {
             buffer->callback(buffer->object, &message);
-            break;
+            device_process(d, 0);
+            return;
         }
     }
-    device_process(d, 0);
 }

@@ -20,8 +20,27 @@ from tests.samples import SHARED
 HERE = Path(__file__).parent
 SOURCES = Path(os.environ.get("CANOPENNODE") or SHARED / "foreign" / "CANopenNode")
 MODULES = ("ODinterface", "Emergency", "NMT_Heartbeat", "HBconsumer", "SYNC", "PDO", "SDOserver")
+# A version whose functions take something else does not build, instead of being called wrongly.
+STRICT = [
+    f"-Werror={what}"
+    for what in ("implicit-function-declaration", "incompatible-pointer-types", "int-conversion")
+]
 NMT_COMMAND = {state: command for command, state in NMT_STATE.items()}
-SEND = ctypes.CFUNCTYPE(None, ctypes.c_uint32, ctypes.c_uint8, ctypes.POINTER(ctypes.c_uint8))
+DEVICE, U8, U16, U32 = ctypes.c_void_p, ctypes.c_uint8, ctypes.c_uint16, ctypes.c_uint32
+SEND = ctypes.CFUNCTYPE(None, U32, U8, ctypes.POINTER(U8))
+FUNCTIONS = {  # of device.c: what each returns and takes
+    "new": (DEVICE, U8, ctypes.c_bool, U8, U32, U32, SEND),
+    "free": (None, DEVICE),
+    "reset": (None, DEVICE),
+    "get": (U32, DEVICE, U16, U8),
+    "put": (None, DEVICE, U16, U8, U32),
+    "protect": (None, DEVICE, U16, U8),
+    "error": (None, DEVICE, U16),
+    "state": (U8, DEVICE),
+    "command": (None, DEVICE, U8),
+    "process": (None, DEVICE, U32),
+    "receive": (None, DEVICE, U16, U8, ctypes.c_char_p),
+}
 
 
 def what_is_missing():
@@ -36,23 +55,16 @@ def build(folder):
     made = folder / "device.so"
     command = ["cc", "-shared", "-fPIC", "-std=gnu11", "-O1", f"-I{SOURCES}", f"-I{HERE}", "-o", made]
     done = subprocess.run(
-        [*command, HERE / "device.c", *(SOURCES / "301" / f"CO_{module}.c" for module in MODULES)],
+        [*command, *STRICT, HERE / "device.c", *(SOURCES / "301" / f"CO_{module}.c" for module in MODULES)],
         check=False,
         capture_output=True,
         text=True,
     )
     assert done.returncode == 0, done.stderr
     library = ctypes.CDLL(str(made))
-    library.device_new.restype = ctypes.c_void_p
-    library.device_new.argtypes = [
-        ctypes.c_uint8,
-        ctypes.c_bool,
-        ctypes.c_uint8,
-        *2 * [ctypes.c_uint32],
-        SEND,
-    ]
-    library.device_get.restype = ctypes.c_uint32
-    library.device_state.restype = ctypes.c_uint8
+    for name, (result, *arguments) in FUNCTIONS.items():
+        function = getattr(library, f"device_{name}")
+        function.restype, function.argtypes = result, arguments
     return library
 
 
@@ -64,7 +76,7 @@ class Node:
         self._library = library
         self._send = SEND(lambda can_id, length, data: self.send(can_id, bytes(data[:length])))
         first, second = (*mapped, 0, 0)[:2]
-        self._device = ctypes.c_void_p(library.device_new(node, is_drive, kind, first, second, self._send))
+        self._device = library.device_new(node, is_drive, kind, first, second, self._send)
         weakref.finalize(self, library.device_free, self._device)
 
     @property
@@ -82,7 +94,7 @@ class Node:
 
     def put(self, index, subindex, value):
         """Set an object to an unsigned number, as its application would."""
-        self._library.device_put(self._device, index, subindex, ctypes.c_uint32(value))
+        self._library.device_put(self._device, index, subindex, value)
 
     def protect(self, index, subindex=0):
         """Refuse to write an object."""
@@ -106,16 +118,21 @@ class Node:
         """Let time pass until `now` [s]."""
         passed, self.now = now - self.now, now
         if self.is_powered:
+            self.sample()
             self._library.device_process(self._device, round(1e6 * passed))
+
+    def sample(self):
+        """Put what its application measures into its objects."""
 
     def associate_network(self, network):
         """Hear what comes to this node on a network."""
         self.network = network
-        for can_id in (0x000, 0x080, 0x600 + self.id, *range(0x200, 0x580), *range(0x701, 0x780)):
-            network.subscribe(can_id, self._receive)
+        network.hearers.append(self._receive)
 
     def _receive(self, can_id, data, _timestamp):
-        if self.is_powered:
+        is_for_another = can_id & 0x780 == 0x600 and can_id != 0x600 + self.id
+        if self.is_powered and not is_for_another:
+            self.sample()
             self._library.device_receive(self._device, can_id, len(data), bytes(data))
 
 
@@ -131,14 +148,9 @@ class CanOpenNodeEncoder(Node):
         super().reset()
         self.position = 0.0
 
-    def tick(self, now):
-        """Let time pass until `now` [s]."""
+    def sample(self):
+        """Put its position into the object that it sends."""
         self.put(0x6004, 0, round(self.position) % 2**32)
-        super().tick(now)
-
-    def _receive(self, can_id, data, timestamp):
-        self.put(0x6004, 0, round(self.position) % 2**32)
-        super()._receive(can_id, data, timestamp)
 
 
 class CanOpenNodeDrive(Node, DrivenWheel):
