@@ -14,6 +14,11 @@ WHEELS = ("a.left", "a.right", "b.left", "b.right")
 FIRST_DRIVE = 17
 
 
+def foreign_encoder(node):
+    """Return an encoder."""
+    return FAMILY["encoder"](node)
+
+
 def encoder(channel, node):
     """Return an encoder of `vehicle.toml`."""
     unit = {"counts_per_metre": 10000} if channel == "link" else {"counts_per_turn": COUNTS}
@@ -39,7 +44,7 @@ def two_trucks(period=0.015):
 
 def devices(status=None, **habits):
     """Return the devices of `two_trucks`; `status` says where its drives have their status word."""
-    encoders = [FAMILY["encoder"](node) for node in range(1, 8)]
+    encoders = [foreign_encoder(node) for node in range(1, 8)]
     return [
         *encoders,
         *(FAMILY["drive"](FIRST_DRIVE + number, encoders[number], status, **habits) for number in range(4)),

@@ -9,7 +9,7 @@ import pytest
 
 from omnimate.driver.conformance.probe import Probe
 from omnimate.driver.conformance.run import conform
-from omnimate.driver.errors import MappingImpossible
+from omnimate.driver.errors import MappingImpossible, SdoRefused
 from tests.foreign import robots
 from tests.foreign.canopennode.nodes import CanOpenNodeDrive, CanOpenNodeEncoder, family, what_is_missing
 from tests.foreign.robots import devices, two_trucks
@@ -82,6 +82,56 @@ def test_a_read_only_cob_id_that_is_wrong_is_an_error_and_everything_is_put_back
         configure()
     assert (encoder.number(0x1800, 1), encoder.number(0x1800, 2)) == (0x1A1, 254)
     assert encoder.number(0x1017) == 0
+
+
+def test_a_read_only_mapping_that_is_right_stays_while_the_rest_is_set(configure, encoder):
+    encoder.put(0x1800, 1, OFF | 0x1A1)
+    for subindex in range(9):
+        encoder.protect(0x1A00, subindex)
+    driver, _ = configure()
+    assert (encoder.number(0x1800, 1), encoder.number(0x1800, 2)) == (0x180 + NODE, 1)
+    assert all(sample.present[0] for sample in cycles(driver, 0.5))
+
+
+def test_a_read_only_event_timer_and_inhibit_time_are_left_and_each_sync_is_answered(configure, encoder):
+    encoder.put(0x1800, 1, OFF | 0x180 + NODE)
+    encoder.put(0x1800, 3, 100)
+    encoder.put(0x1800, 5, 50)
+    encoder.put(0x1800, 1, 0x180 + NODE)
+    for subindex in (3, 5):
+        encoder.protect(0x1800, subindex)
+    driver, _ = configure()
+    assert [encoder.number(0x1800, sub) for sub in (2, 3, 5)] == [1, 100, 50]
+    assert all(sample.present[0] for sample in cycles(driver, 0.5))
+
+
+@pytest.fixture
+def spare_tpdo(encoder):
+    """Return what has TPDO2 send the position by a COB-ID that cannot be changed."""
+
+    def switch_on(cob_id):
+        encoder.put(0x1A01, 1, POSITION)
+        encoder.put(0x1A01, 0, 1)
+        encoder.put(0x1801, 1, cob_id)
+        encoder.protect(0x1801, 1)
+        assert encoder.number(0x1801, 1) == cob_id
+
+    return switch_on
+
+
+def test_a_spare_tpdo_that_cannot_be_switched_off_stays_on_and_is_told(configure, spare_tpdo):
+    spare_tpdo(0x280 + NODE)
+    driver, configuration = configure()
+    assert any("TPDO2 281h stays on" in remark for remark in configuration.remarks)
+    assert all(sample.present[0] for sample in cycles(driver, 0.5))
+
+
+def test_a_spare_tpdo_that_cannot_be_switched_off_and_has_another_nodes_cob_id_is_an_error(
+    configure, spare_tpdo
+):
+    spare_tpdo(0x180 + NODE + 1)
+    with pytest.raises(SdoRefused, match="1801h:01"):
+        configure()
 
 
 def test_a_counter_of_sync_and_its_period_are_set_in_the_order_that_the_device_takes(configure, encoder):

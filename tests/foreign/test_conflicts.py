@@ -9,7 +9,7 @@ from omnimate.driver.robot import driver as module
 from omnimate.vehicle.file import save_vehicle
 from tests.cli.conftest import omnimate
 from tests.foreign.devices import UNSIGNED8, UNSIGNED32, ForeignEncoder
-from tests.foreign.robots import devices, two_trucks
+from tests.foreign.robots import devices, foreign_encoder, two_trucks
 from tests.foreign.test_restarts import cycles, rolling, words
 from tests.foreign.test_stopping import drive
 
@@ -39,7 +39,7 @@ def second_master(bus, period=0.02):
 @pytest.mark.usefixtures("family")
 def test_two_devices_on_one_node_id_are_found_before_anything_is_set(bench, driver_on):
     bus = bench(devices())
-    bus.add(ForeignEncoder(3))
+    bus.add(foreign_encoder(3))
     with pytest.raises(TwoDevices, match="node 3: each SDO request is answered twice") as caught:
         driver_on(two_trucks(), bus).configure()
     assert caught.value.node == 3

@@ -103,6 +103,7 @@ def test_a_queue_that_is_full_for_some_milliseconds_loses_no_frame(bench, driver
     assert all(all(sample.present) for sample in samples)
 
 
+@pytest.mark.usefixtures("family")
 def test_a_queue_that_stays_full_is_a_lost_bus(bench, driver_on):
     driver, bus = started(bench, driver_on)
     full_queue(bus, bus.now + 10.0)

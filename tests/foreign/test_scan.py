@@ -1,4 +1,4 @@
-"""A scan of canopen's LocalNode, also with vendors' EDS files: what is sent, and what is told."""
+"""A scan of foreign devices, also with vendors' EDS files: what is sent, and what is told."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ import pytest
 from omnimate.driver.canopen.node_access import MasterActiveError
 from omnimate.driver.scan.eds_folder import Fit, described_devices, fitting_file
 from omnimate.driver.scan.scan import NODES, scan
-from tests.foreign.devices import DescribedNode, ForeignDrive, ForeignEncoder
-from tests.foreign.robots import devices
+from tests.foreign.devices import DescribedNode, ForeignDrive
+from tests.foreign.robots import devices, foreign_encoder
 from tests.samples import OUR_EDS, VENDORS_EDS, cases
 
 UPLOAD, SEGMENT = 0x40, 0x60  # first bytes of requests that read
 ENCODER, DRIVE = OUR_EDS
 VENDORS = {path.name: path for path in VENDORS_EDS}
+on_each_family = pytest.mark.usefixtures("family")
 OUR_VENDOR = 0x7FFFFF01
 
 
@@ -34,6 +35,7 @@ def sync(bus, seconds):
         bus.at(0.02 * number, lambda: bus.inject(0x080, b""))
 
 
+@on_each_family
 def test_every_node_is_found_with_profile_identity_and_pdos_and_nothing_is_written(bench):
     bus = bench(devices("first"))
     found = by_id(look(bus))
@@ -49,8 +51,9 @@ def test_every_node_is_found_with_profile_identity_and_pdos_and_nothing_is_writt
     assert all(not node.remark for node in found.values())
 
 
+@on_each_family
 def test_the_frames_that_were_sent_are_counted(bench):
-    bus = bench([ForeignEncoder(5)])
+    bus = bench([foreign_encoder(5)])
     assert look(bus).sent == {"SDO readings": len(bus.sent)}
 
 
@@ -91,8 +94,9 @@ def test_the_eds_that_fits_is_named_out_of_all(bench, path, identity, fit):
         assert (file.path, file.fit) == (path, fit)
 
 
+@on_each_family
 def test_the_heartbeat_tells_the_state_and_a_pdo_of_its_own_that_it_is_operational(bench):
-    beating, sending = ForeignEncoder(5), ForeignEncoder(6)
+    beating, sending = foreign_encoder(5), foreign_encoder(6)
     beating.put(0x1017, 0, 200)
     beating.state = 0x04
     sending.state = 0x05
@@ -104,10 +108,11 @@ def test_the_heartbeat_tells_the_state_and_a_pdo_of_its_own_that_it_is_operation
     assert nodes[5].remark == "does not answer SDO"  # as a stopped node must not
 
 
+@on_each_family
 def test_a_node_that_boots_late_is_waited_for(bench):
-    late = ForeignEncoder(9)
+    late = foreign_encoder(9)
     late.power_off()
-    bus = bench([ForeignEncoder(5), late])
+    bus = bench([foreign_encoder(5), late])
     bus.at(3.0, late.reset)
     assert sorted(by_id(look(bus, wait=0.5))) == [5]
     late.power_off()
@@ -117,10 +122,13 @@ def test_a_node_that_boots_late_is_waited_for(bench):
     assert by_id(found)[9].profile == 406
 
 
+@on_each_family
 def test_beside_another_master_only_nodes_that_were_heard_are_read_and_slowly(bench):
-    beating = ForeignEncoder(5)
+    beating = foreign_encoder(5)
     beating.put(0x1017, 0, 200)
-    bus = bench([beating, ForeignEncoder(6)])
+    bus = bench([beating, foreign_encoder(6)])
+    bus.sleep(0.1)
+    bus.forget()  # a boot-up of the silent one
     sync(bus, 10.0)
     found = look(bus, wait=0.5)
     assert found.has_other_master
@@ -132,8 +140,9 @@ def test_beside_another_master_only_nodes_that_were_heard_are_read_and_slowly(be
     assert min(later - earlier for earlier, later in pairwise(times)) >= 0.0099
 
 
+@on_each_family
 def test_a_node_to_which_another_master_talks_is_left_alone_at_once(bench):
-    beating, spoken_to = ForeignEncoder(5), ForeignEncoder(6)
+    beating, spoken_to = foreign_encoder(5), foreign_encoder(6)
     for node in (beating, spoken_to):
         node.put(0x1017, 0, 200)
     bus = bench([beating, spoken_to])
@@ -146,8 +155,9 @@ def test_a_node_to_which_another_master_talks_is_left_alone_at_once(bench):
     assert max(at for at, _, _ in bus.sent) < 1000.0 + 1.32
 
 
+@on_each_family
 def test_a_node_that_boots_beside_another_master_is_left_to_that_master(bench):
-    late = ForeignEncoder(9)
+    late = foreign_encoder(9)
     late.power_off()
     bus = bench([late])
     sync(bus, 10.0)
@@ -157,23 +167,25 @@ def test_a_node_that_boots_beside_another_master_is_left_to_that_master(bench):
     assert bus.sent == []
 
 
+@on_each_family
 def test_two_devices_on_one_id_are_told(bench):
-    bus = bench([ForeignEncoder(5)])
-    bus.add(ForeignEncoder(5))
+    bus = bench([foreign_encoder(5)])
+    bus.add(foreign_encoder(5))
     (node,) = look(bus).nodes
     assert "answered twice" in node.remark
 
 
 def test_a_node_that_falls_silent_midway_keeps_what_it_said(bench):
-    node = ForeignDrive(5, ForeignEncoder(6))
+    node = ForeignDrive(5, foreign_encoder(6))
     node.add_read_callback(lambda **read: node.power_off() if read["subindex"] == 4 else None)
     (said,) = look(bench([node])).nodes
     assert (said.profile, said.serial) == (402, 0x304)
     assert "no valid SDO answer for 1017h:00" in said.remark
 
 
+@on_each_family
 def test_lss_is_refused_beside_another_master_and_nothing_is_sent(bench):
-    bus = bench([ForeignEncoder(5)])
+    bus = bench([foreign_encoder(5)])
     sync(bus, 10.0)
     with pytest.raises(MasterActiveError):
         look(bus, asks_lss=True)

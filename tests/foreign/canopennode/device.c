@@ -18,7 +18,7 @@
 
 enum { RX_NMT, RX_SYNC, RX_SDO, RX_RPDO, RX_HEARTBEATS, RX_COUNT = RX_HEARTBEATS + 2 };
 enum { TX_HEARTBEAT, TX_SYNC, TX_SDO, TX_EMCY, TX_TPDO_1, TX_TPDO_2, TX_COUNT };
-enum { OBJECTS = 40, VALUES = 120, ERRORS = 8, TPDOS = 2, SDO_TIMEOUT_MS = 500 };
+enum { OBJECTS = 40, VALUES = 120, ERRORS = 8, MAPPED = 8, TPDOS = 2, SDO_TIMEOUT_MS = 500 };
 enum { SWITCH_ON_DISABLED = 0x0240, READY = 0x0221, SWITCHED_ON = 0x0223, ENABLED = 0x0227 };
 enum { QUICK_STOP_ACTIVE = 0x0207, FAULT = 0x0208, FAULT_RESET = 0x80, PROFILE_VELOCITY = 3, STOP_QUICKLY = 3 };
 
@@ -153,16 +153,18 @@ static void add_pdo_communication(Device *d, uint16_t index, uint32_t cob_id, ui
         add(d, index, sub, sizes[sub], sub == 0 ? ODA_SDO_R : ODA_SDO_RW, values[sub]);
 }
 
-static void add_pdo_mapping(Device *d, uint16_t index, uint32_t first, uint32_t second)
+static void add_pdo_mapping(Device *d, uint16_t index, const uint32_t *entries)
 {
-    add(d, index, 0, 1, ODA_SDO_RW, (first != 0) + (second != 0));
-    for (uint8_t sub = 1; sub <= 8; sub++)
-        add(d, index, sub, 4, ODA_SDO_RW, sub == 1 ? first : sub == 2 ? second : 0);
+    uint8_t count = 0;
+    while (count < MAPPED && entries[count] != 0) count++;
+    add(d, index, 0, 1, ODA_SDO_RW, count);
+    for (uint8_t sub = 1; sub <= MAPPED; sub++) add(d, index, sub, 4, ODA_SDO_RW, entries[sub - 1]);
 }
 
-/* `first` and `second` are what TPDO1 maps; it is switched off where they are 0. */
-static void describe(Device *d, uint8_t kind, uint32_t first, uint32_t second)
+/* `tpdo` and `rpdo` are what TPDO1 and RPDO1 map, then 0; TPDO1 is switched off where it maps nothing. */
+static void describe(Device *d, uint8_t kind, const uint32_t *tpdo, const uint32_t *rpdo)
 {
+    const uint32_t nothing[MAPPED] = {0};
     const uint32_t off = 0x80000000;
     add(d, 0x1000, 0, 4, ODA_SDO_R, d->is_drive ? 0x00020192 : 0x00020196);
     add(d, 0x1001, 0, 1, ODA_SDO_R | ODA_TPDO, 0);
@@ -177,16 +179,16 @@ static void describe(Device *d, uint8_t kind, uint32_t first, uint32_t second)
     for (uint8_t sub = 1; sub <= 2; sub++) add(d, 0x1016, sub, 4, ODA_SDO_RW, 0);
     add(d, 0x1017, 0, 2, ODA_SDO_RW, 0);
     add(d, 0x1018, 0, 1, ODA_SDO_R, 4);
-    for (uint8_t sub = 1; sub <= 4; sub++) add(d, 0x1018, sub, 4, ODA_SDO_R, 0x400 + sub);
+    for (uint8_t sub = 1; sub <= 4; sub++) add(d, 0x1018, sub, 4, ODA_SDO_R, 0x300 + sub);
     add(d, 0x1019, 0, 1, ODA_SDO_RW, 0);
     if (d->is_drive) {
         add_pdo_communication(d, 0x1400, 0x200 + d->node, 255);
-        add_pdo_mapping(d, 0x1600, 0x60400010, 0);
+        add_pdo_mapping(d, 0x1600, rpdo);
     }
-    add_pdo_communication(d, 0x1800, (first ? 0 : off) | (0x180 + d->node), kind);
+    add_pdo_communication(d, 0x1800, (tpdo[0] ? 0 : off) | (0x180 + d->node), kind);
     add_pdo_communication(d, 0x1801, off | (0x280 + d->node), 1);
-    add_pdo_mapping(d, 0x1A00, first, second);
-    add_pdo_mapping(d, 0x1A01, 0, 0);
+    add_pdo_mapping(d, 0x1A00, tpdo);
+    add_pdo_mapping(d, 0x1A01, nothing);
     if (!d->is_drive) {
         add(d, 0x6000, 0, 2, ODA_SDO_RW, 0);
         add_event(d, 0x6004, 4, 0);
@@ -267,7 +269,7 @@ static void follow_control_word(Device *d)
     device_put(d, 0x6061, 0, device_get(d, 0x6060, 0));
 }
 
-Device *device_new(uint8_t node, bool is_drive, uint8_t kind, uint32_t first, uint32_t second,
+Device *device_new(uint8_t node, bool is_drive, uint8_t kind, const uint32_t *tpdo, const uint32_t *rpdo,
                    void (*send)(uint32_t ident, uint8_t length, const uint8_t *data))
 {
     Device *d = calloc(1, sizeof *d);
@@ -276,7 +278,7 @@ Device *device_new(uint8_t node, bool is_drive, uint8_t kind, uint32_t first, ui
     d->is_drive = is_drive;
     d->can = (CO_CANmodule_t){send, d->rx, RX_COUNT, d->tx, TX_COUNT, 0, true};
     d->od.list = d->entries;
-    describe(d, kind, first, second);
+    describe(d, kind, tpdo, rpdo);
     restart(d, true);
     return d;
 }

@@ -27,9 +27,10 @@ STRICT = [
 ]
 NMT_COMMAND = {state: command for command, state in NMT_STATE.items()}
 DEVICE, U8, U16, U32 = ctypes.c_void_p, ctypes.c_uint8, ctypes.c_uint16, ctypes.c_uint32
+MAPPING = U32 * 8
 SEND = ctypes.CFUNCTYPE(None, U32, U8, ctypes.POINTER(U8))
 FUNCTIONS = {  # of device.c: what each returns and takes
-    "new": (DEVICE, U8, ctypes.c_bool, U8, U32, U32, SEND),
+    "new": (DEVICE, U8, ctypes.c_bool, U8, MAPPING, MAPPING, SEND),
     "free": (None, DEVICE),
     "reset": (None, DEVICE),
     "get": (U32, DEVICE, U16, U8),
@@ -71,12 +72,12 @@ def build(folder):
 class Node:
     """A device on CANopenNode, with the same interface to a test as a `ForeignNode`."""
 
-    def __init__(self, library, node, is_drive, kind, mapped):
+    def __init__(self, library, node, is_drive, kind, tpdo, rpdo=()):
         self.id, self.now, self.is_powered, self.network = node, 0.0, True, None
         self._library = library
         self._send = SEND(lambda can_id, length, data: self.send(can_id, bytes(data[:length])))
-        first, second = (*mapped, 0, 0)[:2]
-        self._device = library.device_new(node, is_drive, kind, first, second, self._send)
+        mappings = MAPPING(*tpdo), MAPPING(*rpdo)
+        self._device = library.device_new(node, is_drive, kind, *mappings, self._send)
         weakref.finalize(self, library.device_free, self._device)
 
     @property
@@ -154,11 +155,14 @@ class CanOpenNodeEncoder(Node):
 
 
 class CanOpenNodeDrive(Node, DrivenWheel):
-    """A CiA 402 drive that turns the wheel of `encoder`; `status` is as of `ForeignDrive`."""
+    """A CiA 402 drive that turns the wheel of `encoder`, with the options of `ForeignDrive`."""
 
-    def __init__(self, library, node, encoder, status=None):
+    def __init__(self, library, node, encoder, status=None, rpdo=(0x60400010,), access="rw"):
         mapped = {"first": (0x60410010, 0x60610008), "last": (0x60610008, 0x60410010)}.get(status, ())
-        super().__init__(library, node, True, 255, mapped)
+        super().__init__(library, node, True, 255, mapped, rpdo)
+        if access == "ro":
+            for subindex in range(9):
+                self.protect(0x1600, subindex)
         self.encoder = encoder
 
     @property
