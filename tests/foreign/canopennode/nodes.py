@@ -1,7 +1,7 @@
 """CANopen devices on CANopenNode, built by the system's C compiler from the sources that are there.
 
-`CANOPENNODE` in the environment names a checkout of https://github.com/CANopenNode/CANopenNode, v4.0 or
-later; without it, the sources are those in `../shared/foreign/CANopenNode`.
+`CANOPENNODE` in the environment names a checkout of https://github.com/CANopenNode/CANopenNode; without it,
+the sources are those in `../shared/foreign/CANopenNode`. CONTRIBUTING.md says which states were run.
 """
 
 from __future__ import annotations
