@@ -12,9 +12,12 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.exact import square_returns
 from omnimate.calib.umbmark.printed import (
     Correction,
+    Method,
     angles_from_x,
     angles_from_y,
+    angles_of,
     diameter_ratio,
+    factors_of,
     solve_printed,
     wheelbase_factor,
 )
@@ -105,12 +108,53 @@ def test_a_scaling_error_reads_as_a_wheelbase_error() -> None:
     assert correction.e_d == pytest.approx(1.0, abs=2e-5)
 
 
-@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(0.5, 10.0))
-def test_angles_come_back_from_either_component(alpha: float, beta: float, side: float) -> None:
-    """(4.20) and (4.24) undo (4.17) and (4.18), from x and from y alike."""
-    errors = first_order(alpha, beta, side)
-    assert angles_from_x(errors) == pytest.approx((alpha, beta), abs=1e-12)
-    assert angles_from_y(errors) == pytest.approx((alpha, beta), abs=1e-12)
+ANGLES = st.floats(-0.1, 0.1)
+SIDES = st.floats(0.5, 10.0)
+
+
+def from_headings(alpha: float, beta: float, side: float) -> ReturnErrors:
+    """Return headings of four corners that turn too little by alpha and of four legs that turn by beta."""
+    cw, ccw = 4.0 * (beta + alpha), 4.0 * (beta - alpha)
+    return ReturnErrors(np.array([[0.0, 0.0, cw]]), np.array([[0.0, 0.0, ccw]]), side)
+
+
+@given(st.tuples(ANGLES, ANGLES), st.tuples(ANGLES, ANGLES), SIDES)
+def test_each_component_gives_its_own_angles(
+    of_x: tuple[float, float], of_y: tuple[float, float], side: float
+) -> None:
+    """(4.20) and (4.24) undo (4.17) and (4.18), from x and from y alike and independently."""
+    one, other = first_order(*of_x, side), first_order(*of_y, side)
+    is_y = np.array([False, True, False])
+    errors = ReturnErrors(np.where(is_y, other.cw, one.cw), np.where(is_y, other.ccw, one.ccw), side)
+    assert angles_from_x(errors) == pytest.approx(of_x, abs=1e-12)
+    assert angles_from_y(errors) == pytest.approx(of_y, abs=1e-12)
+
+
+@given(ANGLES, ANGLES, SIDES, st.floats(0.2, 1.0))
+def test_headings_alone_give_the_angles_and_each_leg_is_an_arc(
+    alpha: float, beta: float, side: float, wheelbase: float
+) -> None:
+    """A leg of length `side` that turns by beta has radius R = side / beta; E_d = (R + b/2) / (R - b/2)."""
+    correction = solve_printed(from_headings(alpha, beta, side), wheelbase, "heading")
+    assert (correction.alpha, correction.beta) == pytest.approx((alpha, beta), abs=1e-12)
+    assert correction.e_b == pytest.approx(0.5 * math.pi / (0.5 * math.pi - alpha), rel=1e-12)
+    curvature = 2.0 / (wheelbase * correction.e_b) * (correction.e_d - 1.0) / (correction.e_d + 1.0)
+    assert curvature == pytest.approx(beta / side, abs=1e-12)
+
+
+def test_headings_are_wanted_where_a_run_has_none() -> None:
+    with pytest.raises(CalibrationError, match="headings are wanted"):
+        solve_printed(first_order(0.01, 0.01), 0.340, "heading")
+
+
+@pytest.mark.parametrize("method", ["printed-x", "printed-y", "printed", "printed-true-b", "heading"])
+def test_many_experiments_at_once_are_as_each_alone(method: Method) -> None:
+    centres = np.random.default_rng(1).normal(0.0, 0.2, (3, 4, 2, 3))
+    together = factors_of(angles_of(centres, SIDE, method), SIDE, 0.340, method)
+    for place in np.ndindex(3, 4):
+        cw, ccw = centres[place]
+        alone = solve_printed(ReturnErrors(cw[None], ccw[None], SIDE), 0.340, method)
+        assert together[place] == pytest.approx((alone.e_b, alone.e_d), rel=1e-12)
 
 
 def test_footnote_2_averages_the_factors() -> None:
@@ -144,6 +188,12 @@ def test_factors_hold_the_mean_diameter(e_d: float) -> None:
 
 
 def test_absurd_errors_are_refused() -> None:
-    """Errors that would mean corners of less than 45 degrees are a matter of units, not of calibration."""
-    with pytest.raises(CalibrationError, match="units"):
+    """Errors that would mean corners of 45 degrees or less are a matter of units, not of calibration."""
+    with pytest.raises(
+        CalibrationError, match=r"return errors of 10182 mm on a square of 4 m .* check the units"
+    ):
         solve_printed(first_order(0.9, 0.0), 0.340)
+    limit = 0.25 * math.pi
+    with pytest.raises(CalibrationError, match="units"):
+        solve_printed(first_order(limit, 0.0), 0.340)
+    assert solve_printed(first_order(math.nextafter(limit, 0.0), 0.0), 0.340).alpha < limit
