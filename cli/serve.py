@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
 DATABASE = "sqlite:///omnimate.db"
 LIBRARIES = ("alembic", "fastapi", "prometheus_client", "sqlalchemy", "uvicorn")  # of the extra `service`
-GC_THRESHOLDS = 20_000, 20, 20  # of gc.set_threshold: fewer collections, each of which stops all threads
-SWITCH_INTERVAL = 0.0002  # [s] for which one thread may run while others wait: robot, calls, stream
 Database = Annotated[
     str,
     typer.Option(envvar="OMNIMATE_DATABASE", help="sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME."),
@@ -171,6 +169,7 @@ def _listen(settings: Settings, *, as_json: bool) -> None:
     from omnimate.service.access import keys as keys_of
     from omnimate.service.app import create_app
     from omnimate.service.components import make_components
+    from omnimate.service.robot.robot_server import GC_THRESHOLDS, SWITCH_INTERVAL
 
     components = make_components(settings)
     if not settings.is_loopback:

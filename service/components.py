@@ -14,8 +14,7 @@ from omnimate.service.fleets.webhooks import Deliverer
 from omnimate.service.jobs.diagnosing import Diagnosing
 from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
 from omnimate.service.jobs.worker import Worker
-from omnimate.service.robot.connection import simulated_plant
-from omnimate.service.robot.robot_thread import RobotThread
+from omnimate.service.robot.robot_process import RobotProcess, spawned
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.store import vehicles
 from omnimate.service.store.database import Database
@@ -27,6 +26,9 @@ from omnimate.vehicle.file import load_vehicle
 
 if TYPE_CHECKING:
     import asyncio
+    from collections.abc import Callable
+    from multiprocessing.connection import Connection
+    from multiprocessing.process import BaseProcess
 
     from omnimate.service.settings import Settings
     from omnimate.vehicle.parameters import VehicleParameters
@@ -41,7 +43,7 @@ class Components:
     events: EventStream
     vehicle: str
     reporter: SessionReporter
-    robot: RobotThread
+    robot: RobotProcess
     worker: Worker
     batch_worker: Worker
     deliverer: Deliverer
@@ -51,7 +53,7 @@ class Components:
     callers: Callers
 
     def start(self, loop: asyncio.AbstractEventLoop) -> None:
-        """Start the threads, and send events on the server's loop."""
+        """Start the robot's process and the threads, and send events on the server's loop."""
         self.events.open(loop)
         self.robot.start()
         for thread in self._threads():
@@ -76,8 +78,10 @@ class Components:
         return threads if self.publisher is None else [*threads, self.publisher]
 
 
-def make_components(settings: Settings) -> Components:
-    """Return the components, none of them started.
+def make_components(
+    settings: Settings, start: Callable[[Connection, Settings, str], BaseProcess] = spawned
+) -> Components:
+    """Return the components, none of them started; `start` starts the robot's process.
 
     Raises:
         DatabaseError: the database cannot be used.
@@ -91,15 +95,14 @@ def make_components(settings: Settings) -> Components:
         text = settings.vehicle.read_text(encoding="utf-8-sig")
     database, events = Database(settings.database), EventStream()
     try:
-        first = _first_version(database, vehicle, text)
+        _store_version(database, vehicle, text)
     except StateError:  # another service that starts at the same time was faster
-        first = _first_version(database, vehicle, text)
+        _store_version(database, vehicle, text)
     recordings = RecordingStore(database, settings.fleets, settings.unpacked)
     recordings.take_from_rows()
     recordings.delete_orphans(time.time())
-    plant = simulated_plant(first) if settings.bus is None else None
-    reporter = SessionReporter(database, events, vehicle.name, settings.instance, recordings)
-    robot = RobotThread(settings.bus, plant, settings.pace, events, reporter, settings.flight_recorder)
+    reporter = SessionReporter(database, events.announce, vehicle.name, settings.instance, recordings)
+    robot = RobotProcess(settings, vehicle.name, events, reporter, start)
     stores = FleetStores(settings.fleets)
     batches = Batches(stores, settings.jobs, settings.scheduler)
 
@@ -124,7 +127,7 @@ def make_components(settings: Settings) -> Components:
     )
 
 
-def _publisher(settings: Settings, robot: RobotThread, reporter: SessionReporter) -> Publisher | None:
+def _publisher(settings: Settings, robot: RobotProcess, reporter: SessionReporter) -> Publisher | None:
     """Return who publishes the robot; None where no broker is given."""
     if settings.mqtt is None:
         return None
@@ -135,8 +138,8 @@ def _publisher(settings: Settings, robot: RobotThread, reporter: SessionReporter
     return Publisher(settings.mqtt, load_factsheet(settings.factsheet), robot, reporter.vehicle)
 
 
-def _first_version(database: Database, vehicle: VehicleParameters, text: str | None) -> VehicleParameters:
-    """Return the robot's first version, after adding a version where its file is new or has changed.
+def _store_version(database: Database, vehicle: VehicleParameters, text: str | None) -> None:
+    """Add a version of the robot where its file is new or has changed.
 
     A file that equals a former version adds none: the calibrations since then started from it.
     """
@@ -145,4 +148,3 @@ def _first_version(database: Database, vehicle: VehicleParameters, text: str | N
             vehicles.create(db, vehicle, "file", text)
         elif all(vehicles.parameters_of(row) != vehicle for row in vehicles.versions(db, vehicle.name)):
             vehicles.add_version(db, vehicle, "file", None, text)
-        return vehicles.parameters_of(vehicles.version(db, vehicle.name, 1))

@@ -25,6 +25,11 @@ class JsonLines(logging.Formatter):
         return json.dumps({name: value for name, value in line.items() if value is not None})
 
 
+def logs_json() -> bool:
+    """Return whether this process writes its log as JSON."""
+    return any(isinstance(handler.formatter, JsonLines) for handler in logging.getLogger().handlers)
+
+
 def log_as_json() -> None:
     """Write what this process logs to stderr as JSON: every request, and the warnings of all libraries."""
     handler = logging.StreamHandler()

@@ -56,16 +56,15 @@ def exposition(components: Components, seconds: Histogram) -> tuple[bytes, str]:
     """Return all metrics as Prometheus reads them, and their content type."""
     registry = CollectorRegistry()
     registry.register(seconds)
-    robot, events = components.robot, components.events
-    seen = robot.observer
+    status, events = components.robot.status, components.events
     for name, help_text, count in (
-        ("omnimate_samples", "Samples of the bus", seen.samples),
-        ("omnimate_samples_incomplete", "Samples with a missing reading", seen.incomplete),
-        ("omnimate_frames", "Frames of the bus", robot.frame_feed.frames),
+        ("omnimate_samples", "Samples of the bus", status.samples),
+        ("omnimate_samples_incomplete", "Samples with a missing reading", status.incomplete),
+        ("omnimate_frames", "Frames of the bus", status.frames),
     ):
         Counter(name, help_text, registry=registry).inc(count)
     Gauge("omnimate_listeners", "Clients of the stream", registry=registry).set(events.listeners)
-    Gauge("omnimate_bus_up", "Whether the bus is read", registry=registry).set(robot.problem is None)
+    Gauge("omnimate_bus_up", "Whether the bus is read", registry=registry).set(status.problem is None)
     _nodes(components, registry)
     _states(components, registry)
     return generate_latest(registry), CONTENT_TYPE_LATEST
@@ -77,7 +76,7 @@ def _nodes(components: Components, registry: CollectorRegistry) -> None:
         for name in ("received", "missing", "restarts", "emergencies")
     }
     well = Gauge("omnimate_node_well", "Whether a node works", ["node"], registry=registry)
-    report = components.robot.observer.report
+    report = components.robot.status.report
     for node in report.nodes if report else ():
         for name, counter in counters.items():
             counter.labels(str(node.node)).inc(getattr(node, name))

@@ -15,7 +15,7 @@ class Settings:
     """The settings of the service.
 
     Attributes:
-        bus: The URL of the robot's bus; None for a simulated robot in this process.
+        bus: The URL of the robot's bus; None for a simulated robot in the robot's process.
         vehicle: The file of the robot's parameters; None for the reference robot.
         database: The URL of the database, in SQLAlchemy's form.
         fleets: The folder or URL of all recordings, and of the results of fleets; services that share a
@@ -33,7 +33,7 @@ class Settings:
         mqtt: The URL of the MQTT broker to which the robot is published by VDA 5050; None for none.
         factsheet: The file of the robot's VDA 5050 factsheet, which publishing needs.
         flight_recorder: The folder for the last minute before each fault, as a recording; None for none.
-        instance: The id of this process among the services that share a database.
+        instance: The id of this service among the services that share a database.
     """
 
     bus: str | None = None

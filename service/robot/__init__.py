@@ -1,1 +1,1 @@
-"""The robot on its bus, in its own thread: samples, poses, and the squares that it drives for a session."""
+"""The robot in its own process: samples, poses, and the squares that it drives for a session."""

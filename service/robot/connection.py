@@ -1,4 +1,4 @@
-"""The connection to the robot: its bus, opened by its URL, or a simulated robot in this process."""
+"""The connection to the robot: its bus, opened by its URL, or a simulated robot in the same process."""
 
 from __future__ import annotations
 

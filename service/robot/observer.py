@@ -1,4 +1,4 @@
-"""The samples of the robot: counted, localized, and published as events."""
+"""The samples of the robot: counted, localized, and described as events."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from omnimate.driver.robot.driver import Driver
     from omnimate.driver.robot.report import DriverReport
     from omnimate.ipec.tracker import Tracker
-    from omnimate.service.event_stream import EventStream
     from omnimate.service.robot.reservation import Reservation
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.sample import Sample
@@ -30,12 +29,12 @@ class Observer:
         incomplete: The number of samples in which a reading was missing.
     """
 
-    def __init__(self, mode: str, reservation: Reservation, events: EventStream) -> None:
+    def __init__(self, mode: str, reservation: Reservation) -> None:
         self.state: dict[str, Any] = {}
         self.report: DriverReport | None = None
         self.samples = 0
         self.incomplete = 0
-        self._mode, self._reservation, self._events = mode, reservation, events
+        self._mode, self._reservation = mode, reservation
         self._localization: Localization | None = None
         self._state_sent = self._nodes_sent = 0.0
 
@@ -49,7 +48,7 @@ class Observer:
         return None if self._localization is None else self._localization.tracker
 
     def observe(self, sample: Sample, driver: Driver) -> None:
-        """Take a sample, and publish events that are due."""
+        """Take a sample, and describe the robot and its nodes when it is time."""
         assert self._localization is not None  # begin() was called
         self.samples += 1
         self.incomplete += not all(sample.present)
@@ -58,15 +57,13 @@ class Observer:
         if now - self._state_sent >= STATE_PERIOD:
             self._state_sent = now
             self.state = self._state_event(sample.time, driver.drives.speeds)
-            self._events.publish("state", self.state)
         if now - self._nodes_sent >= NODES_PERIOD:
             self._nodes_sent = now
             self.report = driver.report()
-            self._events.publish("nodes", nodes_event(self.report))
 
-    def publish_problem(self) -> None:
-        """Publish that the robot cannot be read, and why."""
-        self._events.publish("state", self._state_event(None))
+    def note_problem(self) -> None:
+        """Note that the robot cannot be read, and why."""
+        self.state = self._state_event(None)
 
     def _state_event(self, at: float | None, wheels: tuple[float, ...] = ()) -> dict[str, Any]:
         poses = {} if self._localization is None else self._localization.as_event()

@@ -17,7 +17,6 @@ from omnimate.vehicle.errors import OmnimateError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from omnimate.service.event_stream import EventStream
     from omnimate.service.robot.session_reporter import SessionReporter
     from omnimate.vcan_sim.plant import Plant
 
@@ -36,19 +35,18 @@ class RobotThread:
         bus: str | None,
         plant: Plant | None,
         pace: float,
-        events: EventStream,
         reporter: SessionReporter,
         flight_recorder: Path | None = None,
     ) -> None:
         self.mode = "simulated" if bus is None else "bus"
         self.reservation = Reservation()
-        self.observer = Observer(self.mode, self.reservation, events)
+        self.observer = Observer(self.mode, self.reservation)
         self.frame_feed = FrameFeed()
         self._bus, self._plant, self._reporter = bus, plant, reporter
         self._flight_recorder = flight_recorder
         self._executor = ThreadPoolExecutor(2, "session reports")
         self._session_driver = SessionDriver(
-            self.reservation, self.observer, reporter, events, self.frame_feed, self._executor, pace
+            self.reservation, self.observer, reporter, self.frame_feed, self._executor, pace
         )
         self._ending, self._reloading = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="robot", daemon=True)
@@ -122,7 +120,7 @@ class RobotThread:
                 self._reporter.interrupted(session, problem)
             except Exception:  # noqa: BLE001  # the database may be away; the session's lease ends then
                 _log.exception("it was not noted that session %s is interrupted", session)
-        self.observer.publish_problem()
+        self.observer.note_problem()
         self._ending.wait(RETRY_PERIOD)
 
     def _read_and_drive(self, connection: RobotConnection) -> None:

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor, Future
 
     from omnimate.motion.program import Program
-    from omnimate.service.event_stream import EventStream
     from omnimate.service.robot.connection import RobotConnection
     from omnimate.service.robot.frame_feed import FrameFeed
     from omnimate.service.robot.observer import Observer
@@ -39,7 +38,6 @@ class SessionDriver:
         reservation: The session that the robot is reserved for, and whether it may go on.
         observer: Takes every sample.
         reporter: Stores the laps of the session.
-        events: Whoever reads the event stream is a client of the session.
         frame_feed: Gives the recorder every frame of the bus.
         executor: Runs the reporter's calls while the robot's thread reads the bus.
         pace: The pace of a simulated robot while it drives, as a multiple of real time.
@@ -48,7 +46,6 @@ class SessionDriver:
     reservation: Reservation
     observer: Observer
     reporter: SessionReporter
-    events: EventStream
     frame_feed: FrameFeed
     executor: Executor
     pace: float
@@ -100,17 +97,11 @@ class SessionDriver:
                 try:
                     for moment in drive(connection.driver, runner, vehicle, journal, connection.fix):
                         self.observer.observe(moment.sample, connection.driver)
-                        self._check(order)
+                        self.reservation.require_wanted(order)
                 finally:
                     self.frame_feed.recorder = None
                     connection.driver.stop()
             self._while_reading(connection, self.reporter.lap_done, order.session, direction, folder)
-
-    def _check(self, order: DriveOrder) -> None:
-        """Check that the robot may go on; StoppedError where it may not."""
-        if self.events.has_readers:
-            self.reservation.note_client()
-        self.reservation.require_wanted(order)
 
     def _while_reading(self, connection: RobotConnection, call: Callable[..., T], *arguments: object) -> T:
         """Make a call in another thread and read the bus meanwhile, so that no sample is lost."""

@@ -24,14 +24,16 @@ from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import between
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
-    from omnimate.service.event_stream import EventStream
     from omnimate.service.store.database import Database
     from omnimate.service.store.recordings import RecordingStore
     from omnimate.service.umbmark.models import Direction
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
+
+    Announce = Callable[[str, str, Callable[[str], dict[str, Any]]], None]  # as `EventStream.announce`
 
 MEASURE = "one {} square is driven: measure where the robot stands, and post it as a sample"
 
@@ -44,9 +46,9 @@ class SessionReporter:
     """Reports on the sessions that this service's robot drives for; each call is one transaction."""
 
     def __init__(
-        self, database: Database, events: EventStream, vehicle: str, instance: str, recordings: RecordingStore
+        self, database: Database, announce: Announce, vehicle: str, instance: str, recordings: RecordingStore
     ) -> None:
-        self._database, self._events, self._recordings = database, events, recordings
+        self._database, self._announce, self._recordings = database, announce, recordings
         self._vehicle, self._instance = vehicle, instance
 
     def vehicle(self) -> VehicleParameters:
@@ -119,7 +121,7 @@ class SessionReporter:
 
     def announce(self, session: str) -> None:
         """Publish that a session has changed."""
-        self._events.announce("session", session, self._view)
+        self._announce("session", session, self._view)
 
     def _end(self, session: str, state: str, detail: str) -> None:
         with self._database.writing() as db:

@@ -34,10 +34,10 @@ def readiness(request: Request) -> Health:
         components.database.check()
     except SQLAlchemyError as error:
         raise UnavailableError("the database does not answer") from error
-    problem, report = components.robot.problem, components.robot.observer.report
-    if problem is not None:
-        raise UnavailableError(f"the bus is not read: {problem}")
-    lost = [str(node.node) for node in report.nodes if node.is_lost] if report else []
+    status = components.robot.status
+    if status.problem is not None:
+        raise UnavailableError(f"the bus is not read: {status.problem}")
+    lost = [str(node.node) for node in status.report.nodes if node.is_lost] if status.report else []
     if lost:
         raise UnavailableError(f"no heartbeat of node {', '.join(lost)}")
     return Health()

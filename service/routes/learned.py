@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     from omnimate.ipec.filter.estimate import Estimate
     from omnimate.ipec.filter.findings import Findings, SlowParameters
-    from omnimate.ipec.tracker import Tracker
     from omnimate.service.store.tables import VehicleRow
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Recording
@@ -135,9 +134,9 @@ Uncalibrated = Annotated[
 @router.get("/robot/learned", operation_id="getLearned")
 def get_learned(call: Reading) -> Learned:
     """Return what the filter has learned of the robot on the bus since its parameters were taken."""
-    tracker = _tracker(call)
+    learned = _learned(call)
     with call.components.database.reading() as db:
-        return learned_view(db, tracker.vehicle, tracker.slow, tracker.findings)
+        return learned_view(db, *learned)
 
 
 @router.post(
@@ -148,13 +147,11 @@ def get_learned(call: Reading) -> Learned:
 )
 def accept(call: Operating, if_match: IfMatch) -> Response:
     """Make what was learned of the robot on the bus the newest version of its vehicle."""
-    tracker = _tracker(call)
+    learned = _learned(call)
     expected = expected_version(if_match)
 
     def act(db: Db) -> Answer:
-        row = accept_learned(
-            db, tracker.vehicle, tracker.slow, tracker.findings, "learned on the way", expected
-        )
+        row = accept_learned(db, *learned, "learned on the way", expected)
         return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 
     response = call.change(None, act)
@@ -199,19 +196,19 @@ def accept_of_recording(
     return response
 
 
-def _tracker(call: Call) -> Tracker:
-    """Return the tracker of the robot on the bus.
+def _learned(call: Call) -> tuple[VehicleParameters, SlowParameters, Findings]:
+    """Return the robot on the bus by which its tracker drove, and what it has learned and found.
 
     Raises:
-        UnavailableError: there is none, or it has not taken a sample.
+        UnavailableError: there is no tracker, or it has not taken a sample.
     """
-    tracker = call.components.robot.observer.tracker
-    if tracker is None or not tracker.started:
+    learned = call.components.robot.learned()
+    if learned is None:
         raise UnavailableError(
             "the filter does not follow the robot: it needs two trucks, a linkage that is read, and half a "
             "minute after the first start on a machine"
         )
-    return tracker
+    return learned
 
 
 def _estimate(call: Call, recording_id: str, *, uncalibrated: bool) -> tuple[Recording, Estimate]:

@@ -51,15 +51,15 @@ class Bus(BaseModel):
 @router.get("/robot", operation_id="getRobot")
 async def robot(call: Reading) -> Robot:
     """Return which robot is on the bus, where it is, and for which session it drives."""
-    robot = call.components.robot
+    robot, status = call.components.robot, call.components.robot.status
     return Robot(
         vehicle=call.components.vehicle,
         mode="simulated" if robot.mode == "simulated" else "bus",
-        problem=robot.problem,
-        driving=robot.reservation.session,
-        samples=robot.observer.samples,
-        incomplete=robot.observer.incomplete,
-        state=robot.observer.state,
+        problem=status.problem,
+        driving=status.session,
+        samples=status.samples,
+        incomplete=status.incomplete,
+        state=status.state,
     )
 
 
@@ -85,15 +85,15 @@ async def stream(call: Reading) -> StreamingResponse:
 @router.get("/robot/errors", operation_id="getErrors")
 async def errors(call: Reading, format: Literal["vda5050", "open-rmf"] = "vda5050") -> dict[str, Any]:  # noqa: A002
     """Return the present faults as VDA 5050 `errors` or Open-RMF `issues`."""
-    robot = call.components.robot
+    status = call.components.robot.status
     faults = vda5050 if format == "vda5050" else open_rmf
-    return faults(robot.problem, robot.observer.report)
+    return faults(status.problem, status.report)
 
 
 @router.get("/bus", operation_id="getBus", response_model=Bus)
 async def bus(call: Reading) -> Response:
     """Return the nodes of the bus with their counters, and the events of the drive."""
-    return Response(_bus(call.components.robot.observer.report), media_type="application/json")
+    return Response(_bus(call.components.robot.status.report), media_type="application/json")
 
 
 @lru_cache(maxsize=1)
@@ -132,12 +132,12 @@ def frames(
 
 
 def _lines(components: Components, count: int | None) -> Iterator[str]:
-    with components.robot.frame_feed.reader() as reader:
+    with components.robot.lines.reader() as reader:
         sent = 0
         while count is None or sent < count:
             try:
                 yield reader.get(timeout=SILENCE) + "\n"
                 sent += 1
             except queue.Empty:
-                if components.events.is_closed or components.robot.problem is not None:
+                if components.events.is_closed or components.robot.status.problem is not None:
                     return

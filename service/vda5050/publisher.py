@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from paho.mqtt.client import Client, MQTTMessage
 
-    from omnimate.service.robot.robot_thread import RobotThread
+    from omnimate.service.robot.robot_process import RobotProcess
     from omnimate.service.vda5050.factsheet import Factsheet
     from omnimate.vehicle.parameters import VehicleParameters
 
@@ -44,7 +44,7 @@ class Publisher:
     """A robot's connection to a broker, which is made again whenever it is lost."""
 
     def __init__(
-        self, url: str, sheet: Factsheet, robot: RobotThread, vehicle: Callable[[], VehicleParameters]
+        self, url: str, sheet: Factsheet, robot: RobotProcess, vehicle: Callable[[], VehicleParameters]
     ) -> None:
         self._sheet, self._robot, self._vehicle = sheet, robot, vehicle
         self._sender = Sender(sheet.manufacturer, sheet.serial)
@@ -120,8 +120,8 @@ class Publisher:
 
     def _send_state(self) -> None:
         """Send the state when it has changed, and at least as often as the standard asks."""
-        observer = self._robot.observer
-        content = state_of(observer.state, self._robot.problem, observer.report, self._actions)
+        status = self._robot.status
+        content = state_of(status.state, status.problem, status.report, self._actions)
         now = time.monotonic()
         with self._lock:
             if content == self._sent_state and now - self._sent_at < MAX_STATE_PERIOD:

@@ -6,23 +6,33 @@ Usage: python -m studies.speed.service_load [--seconds 20] [--reads 200] [--post
 
 Calls leave at fixed times, whether or not earlier calls have been answered. The duration of a call counts
 from when it should have left, so that a slow answer is not hidden by the wait for it.
+
+The robot is simulated in a process of its own, which stamps each SYNC of the service when it arrives. A SYNC
+is late by what its distance from the one before it exceeds the period.
 """
 
 import argparse
 import asyncio
 import json
 import re
+import signal
+import subprocess
+import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import httpx2
 import numpy as np
 
+from omnimate.files.logs.reading import read_log
+from omnimate.vcan_sim.nodes.device import SYNC_ID
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import save_vehicle
-from studies.benchmark import options
+from studies.benchmark import OMNIMATE, options
 from studies.speed.service_process import serving
 
 SESSIONS = "/v1/umbmark/sessions"
@@ -148,6 +158,38 @@ def fill(database: str, count: int) -> None:
     store.close()
 
 
+@contextmanager
+def simulated(folder: Path | str) -> Iterator[str]:
+    """Yield the URL of a simulated robot's bus in another process."""
+    command = [*OMNIMATE, "sim", "--listen", "127.0.0.1:0", "--vehicle", "vehicle.toml"]
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            listening = re.search(r"listening on ([\d.:]+)", process.stdout.readline())
+            yield f"socketcand://{listening[1]}/can0"
+        finally:
+            process.terminate()
+
+
+@contextmanager
+def logged(bus: str, log: Path) -> Iterator[None]:
+    """Log the bus in another process."""
+    _, host, port, channel = re.split("[:/]+", bus)
+    command = [
+        sys.executable, "-m", "can.logger", "-i", "socketcand", "-c", channel, "-f", str(log),
+        "--filter", f"{SYNC_ID:x}:7ff", "--bus-kwargs", f"host={host}", f"port={port}",
+    ]  # fmt: skip
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+        try:
+            yield
+        finally:
+            process.send_signal(signal.SIGINT)
+
+
+def lateness(log: Path, period: float) -> list[float]:
+    """Return by how much each SYNC came later than a period after the one before it [s]."""
+    return list(np.maximum(np.diff(read_log(log).frames.time) - period, 0.0))
+
+
 def words(durations: list[float]) -> str:
     """Return the distribution in milliseconds."""
     p50, p99, worst = 1e3 * np.percentile(durations, [50, 99, 100])
@@ -171,16 +213,22 @@ def main() -> None:
         vehicle = reference_vehicle()
         bus = replace(vehicle.bus, sync_period=1.0 / given.bus_rate)
         save_vehicle(replace(vehicle, bus=bus), Path(folder) / "vehicle.toml")
-        with serving(folder, database, "--vehicle", "vehicle.toml") as service:
+        log = Path(folder) / "sync.log"
+        with (
+            simulated(folder) as robot,
+            serving(folder, database, "--vehicle", "vehicle.toml", "--bus", robot) as service,
+        ):
             print(f"{database.partition(':')[0]}: ready after {service.ready:.2f} s")
             time.sleep(WARM)
             unloaded = asyncio.run(idle(service.url, given.reads))
             before = httpx2.get(f"{service.url}/v1/robot").json()
             began = time.perf_counter()
-            reads, posts, events = asyncio.run(measure(service.url, given))
+            with logged(robot, log):
+                reads, posts, events = asyncio.run(measure(service.url, given))
             passed, after = time.perf_counter() - began, httpx2.get(f"{service.url}/v1/robot").json()
             fill(database, given.stored)
             pages = listing(service.url)
+        late = lateness(log, bus.sync_period)
     expected = passed * given.bus_rate
     print(f"/healthz at {given.reads:g}/s, no other load: {words(unloaded)}")
     print(f"reads at {given.reads:g}/s: {words(reads)}")
@@ -191,6 +239,7 @@ def main() -> None:
         f"bus at {given.bus_rate:g} Hz: {after['samples'] - before['samples']} of {expected:.0f} samples, "
         f"{after['incomplete'] - before['incomplete']} incomplete"
     )
+    print(f"SYNC late by: {words(late)}")
     print(f"listing with {given.stored} sessions stored: {words(pages)}")
 
 

@@ -1,7 +1,8 @@
-"""A service in this process, on both databases, with a simulated robot."""
+"""A service in this process, its robot too, on both databases."""
 
 import math
 import secrets
+import threading
 import time
 from contextlib import contextmanager
 from functools import lru_cache
@@ -20,6 +21,7 @@ from omnimate.motion.paths import umbmark
 from omnimate.service.app import create_app
 from omnimate.service.components import make_components
 from omnimate.service.recording_zip import pack
+from omnimate.service.robot.robot_server import serve_robot
 from omnimate.service.settings import Settings
 from omnimate.service.store import vehicles
 from omnimate.service.store.database import Database
@@ -87,12 +89,25 @@ def database(tmp_path_factory):
     opened.close()
 
 
+class RobotInThread(threading.Thread):
+    """Takes the place of the robot's process, so that tests reach into it; the pipe is the same."""
+
+    exitcode = 0
+
+    def __init__(self, connection, *arguments):
+        super().__init__(target=serve_robot, args=(connection, *arguments), daemon=True)
+        self.start()
+
+    def kill(self):
+        """Nothing ends a thread."""
+
+
 @contextmanager
 def serving(url, **options):
     """A client of a service, started and stopped with the block."""
     with TemporaryDirectory() as fleets:
         options = {"fleets": fleets} | options
-        components = make_components(Settings(database=url, pace=1000.0, rate=1e6, **options))
+        components = make_components(Settings(database=url, pace=1000.0, rate=1e6, **options), RobotInThread)
         yield from connected(components)
 
 

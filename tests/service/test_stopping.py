@@ -148,10 +148,10 @@ class SteppedRobot:
         patch.setattr(connection, "CoupledBus", Bus)
         self.events = EventStream()
         self.recordings = RecordingStore(database, place, 10**9)
-        self.reporter = Reporter(database, self.events, "omnimate", "this", self.recordings)
+        self.reporter = Reporter(database, self.events.announce, "omnimate", "this", self.recordings)
         self.reporter.pause = self._pause
         plant = connection.simulated_plant(reference_vehicle())
-        self.thread = RobotThread(None, plant, 1.0, self.events, self.reporter)
+        self.thread = RobotThread(None, plant, 1.0, self.reporter)
         self._has_ended = False
         self.thread._thread._target = self._run
         self.thread.start()
@@ -237,7 +237,7 @@ class Stopping(RuleBasedStateMachine):
         components = SimpleNamespace(
             robot=self.robot.thread,
             reporter=SessionReporter(
-                self.database, self.robot.events, "omnimate", "this", self.robot.recordings
+                self.database, self.robot.events.announce, "omnimate", "this", self.robot.recordings
             ),
             database=self.database,
             vehicle="omnimate",

@@ -8,9 +8,14 @@ import pytest
 import sqlalchemy
 from sqlalchemy.exc import OperationalError
 
+from omnimate.service.event_stream import EventStream
 from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
 from omnimate.service.jobs.queue import claim_job, find_job, queue_job
+from omnimate.service.robot.connection import simulated_plant
+from omnimate.service.robot.robot_thread import RobotThread
+from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.store import vehicles
+from omnimate.service.store.recordings import RecordingStore
 from omnimate.service.store.tables import SessionRow, find_row
 from omnimate.service.umbmark.models import SessionStart
 from omnimate.service.umbmark.sessions import start_session, take_lease
@@ -158,8 +163,14 @@ def test_a_request_is_carried_out_once_across_a_jump_of_the_clock(jump, client, 
     assert again.headers["Idempotency-Replayed"] == "true"
 
 
-def test_a_robot_that_is_lost_while_the_database_is_away_is_read_again(client, until, monkeypatch):
-    robot = client.components.robot
+def test_a_robot_that_is_lost_while_the_database_is_away_is_read_again(
+    database, until, monkeypatch, tmp_path
+):
+    recordings = RecordingStore(database, str(tmp_path), 10**9)
+    reporter = SessionReporter(database, EventStream().announce, "omnimate", "this", recordings)
+    robot = RobotThread(None, simulated_plant(reference_vehicle()), 1.0, reporter)
+    robot.start()
+    until(lambda: robot.problem is None)
 
     def away(*_):
         raise OperationalError("update", {}, OSError())
@@ -169,8 +180,9 @@ def test_a_robot_that_is_lost_while_the_database_is_away_is_read_again(client, u
     robot.reload()
     until(lambda: robot.reservation.session is None)
     monkeypatch.undo()
-    until(lambda: client.get("/readyz").status_code == 200)
+    until(lambda: robot.problem is None)
     assert robot._thread.is_alive()
+    robot.close()
 
 
 class Away:
