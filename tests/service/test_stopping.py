@@ -43,7 +43,7 @@ from omnimate.vcan_sim.reference import reference_vehicle
 SYNC_PERIOD = reference_vehicle().bus.sync_period
 COMMAND_SAMPLES = 1  # after a stop, in which a wheel may still be commanded to turn
 WHEEL_SAMPLES = 30  # in which it may still turn: the ramp (6084h) from 0.4 m/s takes 0.4 s
-REPORT_SAMPLES = 5  # after which the session says that it was stopped
+REPORT_SAMPLES = 5  # after which a session that has begun says that it was stopped
 RECOVERY_SAMPLES = 150  # after which a robot whose nodes were away can drive again
 START_SAMPLES = 200  # after which the first wheel turns: the robot stands for its fix before
 LIFELINE = 30.0  # [s]
@@ -245,7 +245,7 @@ class Stopping(RuleBasedStateMachine):
         )
         self.call = Call(components, Caller("owner", "operate"), None, "")
         self.reader = Call(components, Caller("another", "read"), None, "")
-        self.session, self.is_reported = None, True
+        self.session, self.is_reported, self.begun_at = None, True, 0
         self.robot.advance(2)  # it is connected
         self.start(at_reserve, before_begin)
         assert self.session is not None
@@ -279,6 +279,7 @@ class Stopping(RuleBasedStateMachine):
                     self.robot.fail(RuntimeError)
                 else:
                     self.robot.advance(step)
+            self.begun_at = self.robot.samples
             return begin(order)
 
         self.reservation.reserve, self.reservation.begin = reserve_and_stop, wait_and_begin
@@ -368,7 +369,7 @@ class Stopping(RuleBasedStateMachine):
         stopped_at = self.robot.stopped_at
         if self.session is None or stopped_at is None or not self.is_reported:
             return
-        if self.robot.samples - stopped_at > REPORT_SAMPLES:
+        if self.robot.samples - max(stopped_at, self.begun_at) > REPORT_SAMPLES:
             assert self.state() in {"interrupted", "aborted", "collecting"}
 
     def teardown(self):
