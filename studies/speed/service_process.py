@@ -43,15 +43,16 @@ class Service:
 
     def _wait(self, began: float) -> None:
         word = "no answer"
-        while time.perf_counter() - began < PATIENCE:
-            try:
-                answer = httpx2.get(f"{self.url}/readyz", timeout=PATIENCE)
-                if answer.status_code == 200:
-                    return
-                word = answer.text
-            except httpx2.TransportError:
-                pass
-            time.sleep(0.02)
+        with httpx2.Client(timeout=PATIENCE) as client:  # each new one would load the certificates again
+            while time.perf_counter() - began < PATIENCE:
+                try:
+                    answer = client.get(f"{self.url}/readyz")
+                    if answer.status_code == 200:
+                        return
+                    word = answer.text
+                except httpx2.TransportError:
+                    pass
+                time.sleep(0.02)
         raise RuntimeError(f"the service is not ready after {PATIENCE:g} s: {word}")
 
     def kill(self) -> None:
