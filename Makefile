@@ -4,6 +4,8 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 # What installs packages; the gate names a quicker one.
 INSTALL := $(BIN)/python -m pip install --quiet
+# Tests and pages start hundreds of processes; each would compile all that it imports, for seconds.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test test-all test-touched coverage mutation lint types smoke check commits constraints bench docs clean
 
