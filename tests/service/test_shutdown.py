@@ -17,14 +17,19 @@ ZIP = {"Content-Type": "application/zip"}
 
 
 def half_sent(url, body):
-    """Return a connection over which a request was sent up to the middle of its body."""
+    """Return a connection over which a request was sent up to the middle of its body.
+
+    The service has it in work: it answers `Expect: 100-continue` where it begins to read the body
+    (RFC 9110, 10.1.1). The connection of a request that it has not begun to read is reset by SIGTERM.
+    """
     host, port = url.removeprefix("http://").split(":")
     connection = socket.create_connection((host, int(port)), timeout=60.0)
     head = (
         f"POST /v1/umbmark/sessions HTTP/1.1\r\nHost: {host}:{port}\r\nContent-Type: application/json\r\n"
-        f"Content-Length: {len(body)}\r\n\r\n"
+        f"Content-Length: {len(body)}\r\nExpect: 100-continue\r\n\r\n"
     )
     connection.sendall(head.encode() + body[:5])
+    assert connection.recv(65536).startswith(b"HTTP/1.1 100 ")
     return connection
 
 
