@@ -164,6 +164,9 @@ def _opened(database: str) -> ServiceDatabase:
 
 
 def _listen(settings: Settings, *, as_json: bool) -> None:
+    from omnimate.service.processes import begin_loading
+
+    begin_loading()
     import uvicorn
 
     from omnimate.service.access import keys as keys_of

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import logging
-import multiprocessing
 import os
 import signal
 import traceback
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from omnimate.service.processes import process_context
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def running(
         memory: The most memory that it may take [bytes]; `MEMORY_SHARE` of the machine's where none is given.
         niceness: By how much it gives way to other processes, 0 to 19.
     """
-    context = multiprocessing.get_context("spawn")
+    context = process_context()
     receiver, sender = context.Pipe()
     # Not a daemon: those may not start processes, which a batch with several workers does.
     process = context.Process(target=_run, args=(sender, noun, memory, niceness, work, *arguments))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from omnimate.service.errors import UnavailableError
 from omnimate.service.json_log import logs_json
+from omnimate.service.processes import process_context
 from omnimate.service.robot.frame_feed import FrameLines
 from omnimate.service.robot.observer import nodes_event
 from omnimate.service.robot.robot_server import RobotStatus, run
@@ -40,8 +41,8 @@ _log = logging.getLogger(__name__)
 
 def spawned(connection: Connection, settings: Settings, vehicle: str) -> BaseProcess:
     """Start the robot's process, which holds the only copy of its end of the pipe."""
-    context = multiprocessing.get_context("spawn")
-    process = context.Process(target=run, args=(connection, settings, vehicle, logs_json()), name="robot")
+    arguments = connection, settings, vehicle, logs_json()
+    process = process_context().Process(target=run, args=arguments, name="robot")
     process.start()
     connection.close()
     return process

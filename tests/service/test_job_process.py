@@ -2,6 +2,8 @@
 
 import multiprocessing
 import os
+import subprocess
+import sys
 
 import pytest
 
@@ -94,15 +96,19 @@ def test_a_job_that_takes_too_much_memory_fails_with_its_reason_and_is_not_tried
     assert (row.state, row.error) == ("failed", outcome["error"])
 
 
-def in_its_own_process(_report):
-    """Return the outcome of a job that a limited process starts."""
-    with running("diagnosis", niceness) as process:
-        return process.outcome(lambda _message: True)
+LIMITED = """
+import resource
+resource.setrlimit(resource.RLIMIT_DATA, (1_000_000_000, 1_000_000_000))
+from omnimate.service.jobs.process import running
+from tests.service.test_job_process import niceness
+with running("diagnosis", niceness) as process:
+    print(process.outcome(lambda _message: True))
+"""
 
 
 def test_a_job_runs_where_the_service_itself_may_take_less_memory_than_jobs():
-    with running("batch", in_its_own_process, memory=1_000_000_000, niceness=0) as process:
-        assert "niceness" in process.outcome(lambda _message: True)
+    ended = subprocess.run([sys.executable, "-c", LIMITED], capture_output=True, text=True, check=True)
+    assert "niceness" in ended.stdout
 
 
 def test_a_job_gives_way_to_the_service():

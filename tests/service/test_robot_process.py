@@ -43,11 +43,23 @@ def driving(tmp_path, until):
         yield service, client, session
 
 
-def robots(process):
-    """Return the ids of the robot's processes that a process has started."""
+def children(process):
+    """Return the ids of the processes that a process has started."""
     texts = [path.read_text() for path in Path(f"/proc/{process}/task").glob("*/children")]
-    ids = [int(number) for text in texts for number in text.split()]
-    return [one for one in ids if b"spawn_main" in Path(f"/proc/{one}/cmdline").read_bytes()]
+    return [int(number) for text in texts for number in text.split()]
+
+
+def fork_server(process):
+    """Return the id of the process of which a service's processes are copies."""
+    (server,) = (
+        one for one in children(process) if b"forkserver" in Path(f"/proc/{one}/cmdline").read_bytes()
+    )
+    return server
+
+
+def robots(process):
+    """Return the ids of the robot's processes of a service that has no jobs."""
+    return children(fork_server(process))
 
 
 def runs(process):
@@ -86,6 +98,19 @@ def test_a_killed_robot_process_interrupts_its_session_and_is_started_again(driv
     (another,) = robots(service.process.pid)
     assert another != robot
     assert client.post(f"{SESSIONS}/{session}/resume").json()["state"] == "driving"
+
+
+def test_the_robot_drives_on_and_recordings_are_read_where_the_fork_server_was_killed(
+    driving, drive_zip, until
+):
+    service, client, session = driving
+    (robot,) = robots(service.process.pid)
+    os.kill(fork_server(service.process.pid), signal.SIGKILL)
+    headers = {"Content-Type": "application/zip"}
+    assert client.post("/v1/recordings", content=drive_zip(4.0), headers=headers).status_code == 201
+    assert (runs(robot), client.get(f"{SESSIONS}/{session}").json()["state"]) == (True, "driving")
+    assert client.post("/v1/robot/stop").status_code == 200
+    until(lambda: client.get(f"{SESSIONS}/{session}").json()["state"] == "interrupted")
 
 
 @pytest.fixture
