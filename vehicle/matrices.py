@@ -79,6 +79,22 @@ def invert(matrix: Array) -> None:
 
 
 @compiled
+def add_outer(out: Array, factor: float, vector: Array) -> None:
+    """Add a factor times the product of a vector with itself, a symmetric matrix."""
+    for row in range(len(vector)):
+        scaled = factor * vector[row]
+        for column in range(len(vector)):
+            out[row, column] += scaled * vector[column]
+
+
+@compiled
+def add_scaled(out: Array, factor: float, vector: Array) -> None:
+    """Add a factor times a vector; numba compiles such a loop ten times faster than an array expression."""
+    for row in range(len(vector)):
+        out[row] += factor * vector[row]
+
+
+@compiled
 def multiply(out: Array, matrix: Array, vector: Array) -> None:
     """Write the product of a symmetric matrix `(n, n)` and a vector `(n,)`, most of which may be zero."""
     out[:] = 0.0

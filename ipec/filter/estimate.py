@@ -17,11 +17,11 @@ from omnimate.ipec.filter.findings import (
     findings,
     slow_parameters,
 )
-from omnimate.ipec.filter.fixes import apply_fixes, fix_records
+from omnimate.ipec.filter.fixes import apply_fix, fix_records
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.poses import fill_pose
 from omnimate.ipec.filter.records import HYPOTHESIS_COUNT, POSE, STATES, FilterState
-from omnimate.ipec.filter.step import advance
+from omnimate.ipec.filter.step import finish_step, predict
 from omnimate.ipec.linkage_check import check_linkage
 from omnimate.ipec.readings import ordered_counts
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled_without_lock, layout
@@ -132,14 +132,16 @@ def trace_filter(settings: Record, states: Record, filters: Record, table: Table
 
     `states` `(1,)` and `filters` `(H,)` are changed to those after the last sample.
     """
-    state, following = states[0], 0
+    state, fixes = states[0], table.fixes
     for sample in range(len(table.counts)):
         if sample % BLOCK_SAMPLES == 0:
             trace.checkpoints[sample // BLOCK_SAMPLES] = state
             for hypothesis in range(HYPOTHESIS_COUNT):
                 trace.filter_checkpoints[sample // BLOCK_SAMPLES, hypothesis] = filters[hypothesis]
-        advance(settings[0], state, filters, table.counts[sample], table.present[sample], trace.moves)
-        following = apply_fixes(settings[0], state, filters, table.fixes, sample, following, trace.moves)
+        if predict(settings, states, table.counts[sample], table.present[sample]):
+            finish_step(settings, states, filters, trace.moves)
+        while state.fix_count < len(fixes) and fixes[state.fix_count].sample <= sample:
+            apply_fix(settings, states, filters, fixes[state.fix_count], trace.moves)
         for truck in range(2):
             fill_pose(
                 state.mean, state.covariance, truck, trace.poses[truck, sample], trace.sigmas[truck, sample]

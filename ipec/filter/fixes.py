@@ -10,8 +10,8 @@ import numpy as np
 from omnimate.ipec.filter.disturbed_wheels import STUDENT_FREEDOM
 from omnimate.ipec.filter.mixture import move_to_mixture
 from omnimate.ipec.filter.poses import fill_pose, fill_pose_jacobian
-from omnimate.ipec.filter.records import HYPOTHESIS_COUNT, STATES, FilterSettings, FilterState, OpenFilter
-from omnimate.ipec.filter.step import finish_open_step
+from omnimate.ipec.filter.records import HYPOTHESIS_COUNT, STATES, FilterState, OpenFilter
+from omnimate.ipec.filter.step import finish_step
 from omnimate.vehicle.compiled import Array, Record, compiled, layout
 from omnimate.vehicle.se2 import wrap_angle
 
@@ -94,41 +94,15 @@ def fix_coordinate(
 
 
 @compiled
-def apply_fix(
-    settings: Record, states: Record, filters: Record, truck: int, pose: Array, sigma: Array
-) -> None:
-    """Apply an absolute pose `(3,)` of a truck with standard deviations `(3,)`, in place; nan is skipped."""
-    gain, moves = np.empty(STATES + 2), np.empty((0, STATES + 2))
-    finish_open_step(settings[0], states[0], filters, moves)
+def apply_fix(settings: Record, states: Record, filters: Record, fix: Fix, moves: Array) -> None:
+    """Apply an absolute pose, of which nan is skipped; the other arguments are as in `finish_step`."""
+    state = states[0]
+    finish_step(settings, states, filters, moves)
+    fill_pose_jacobian(state.mean, fix.truck, fix.row)
     for hypothesis in range(HYPOTHESIS_COUNT):
-        for axis in range(3):
-            fix_coordinate(states[0], filters[hypothesis], truck, axis, pose[axis], sigma[axis], gain)
-    states[0].has_fix = 1
-    move_to_mixture(settings[0], states[0], filters, moves)
-
-
-@compiled
-def apply_fixes(
-    settings: FilterSettings,
-    state: FilterState,
-    filters: Record,
-    fixes: Record,
-    sample: int,
-    following: int,
-    moves: Array,
-) -> int:
-    """Apply a sample's fixes in order; return the number of the next; `moves` as in `move_to_mixture`."""
-    while following < len(fixes) and fixes[following].sample <= sample:
-        fix = fixes[following]
-        finish_open_step(settings, state, filters, moves)
-        fill_pose_jacobian(state.mean, fix.truck, fix.row)
-        for hypothesis in range(HYPOTHESIS_COUNT):
-            if not filters[hypothesis].is_active:
-                continue
+        if filters[hypothesis].is_active:
             opened, gain = filters[hypothesis], fix.gain[hypothesis]
             for axis in range(3):
                 fix_coordinate(state, opened, fix.truck, axis, fix.pose[axis], fix.sigma[axis], gain[axis])
-        state.has_fix = 1
-        move_to_mixture(settings, state, filters, moves)
-        following += 1
-    return following
+    state.fix_count += 1
+    move_to_mixture(settings[0], state, filters, moves)

@@ -11,7 +11,7 @@ import numpy as np
 from omnimate.ipec.corrector import ORIGIN
 from omnimate.ipec.filter.disturbed_wheels import STEP_LENGTH
 from omnimate.ipec.filter.findings import SlowParameters, slow_parameters
-from omnimate.ipec.filter.fixes import apply_fix
+from omnimate.ipec.filter.fixes import Fix, apply_fix
 from omnimate.ipec.filter.hypotheses import HYPOTHESES, LATE, log_prior_probabilities
 from omnimate.ipec.filter.poses import fill_pose
 from omnimate.ipec.filter.prior import (
@@ -27,13 +27,14 @@ from omnimate.ipec.filter.records import (
     FAST,
     HYPOTHESIS_COUNT,
     LINK,
+    STATES,
     FilterSettings,
     FilterState,
     OpenFilter,
     X,
     Y,
 )
-from omnimate.ipec.filter.step import NO_TASK, predict_live, run_hypotheses_live
+from omnimate.ipec.filter.step import finish_step, predict
 from omnimate.ipec.readings import SampleReader, scales_of
 from omnimate.vehicle.compiled import Array, Record, layout, record
 
@@ -42,6 +43,9 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.sample import Sample
+
+
+NO_MOVES = np.empty((0, STATES + 2))  # nothing of the mixture is stored
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,10 +159,9 @@ class Filter:
         """Return the state after a sample; `state` is not changed."""
         counts, present = self._reader.read(sample)
         following, filters = _copy(state.record), state.filters
-        task = predict_live(self.settings, following, counts, present)
-        if task != NO_TASK:  # copied only when changed: the open filters are large
-            filters = _copy(filters)
-            run_hypotheses_live(self.settings, following, filters, task)
+        if predict(self.settings, following, counts, present):
+            filters = _copy(filters)  # only when changed: they are large
+            finish_step(self.settings, following, filters, NO_MOVES)
         return _frozen(following, filters)
 
     def fix(
@@ -175,8 +178,9 @@ class Filter:
             truck: Truck whose pose was measured.
         """
         following, filters = _copy(state.record), _copy(state.filters)
-        measured, sigmas = np.asarray(pose, np.float64), np.asarray(sigma, np.float64)
-        apply_fix(self.settings, following, filters, 0 if truck == "a" else 1, measured, sigmas)
+        fix = record(Fix)[0]
+        fix["truck"], fix["pose"], fix["sigma"] = "ab".index(truck), pose, sigma
+        apply_fix(self.settings, following, filters, fix, NO_MOVES)
         return _frozen(following, filters)
 
 

@@ -22,7 +22,7 @@ from omnimate.ipec.filter.records import (
 )
 from omnimate.ipec.filter.suspects import average_slow_states
 from omnimate.vehicle.compiled import Array, Record, compiled
-from omnimate.vehicle.matrices import multiply
+from omnimate.vehicle.matrices import add_outer, add_scaled, multiply
 
 TURNED_AXLE_PROBABILITY = (
     0.5  # that an apparent joint bias is an axle turned in its truck: both are as likely
@@ -69,21 +69,21 @@ def move_to_mixture(settings: FilterSettings, state: FilterState, filters: Recor
         # The path was integrated with headings that are off by their standard deviation: half of its square.
         distance = 0.25 * state.step_distance.sum()
         state.nonlinear_error += 0.5 * distance * state.covariance[LINK, LINK]
-        if state.has_fix:
+        if state.fix_count > 0:
             state.nonlinear_error = 0.0
         if state.mixture_count < len(moves):
             moves[state.mixture_count, :STATES] = state.move
             moves[state.mixture_count, STATES] = state.is_disturbed
             moves[state.mixture_count, STATES + 1] = state.nonlinear_error
     state.mixture_count += 1
-    state.mean[:] += state.move
+    add_scaled(state.mean, 1.0, state.move)
     for hypothesis in range(HYPOTHESIS_COUNT):
         if filters[hypothesis].is_active:
-            filters[hypothesis].offset[:] -= state.move
-    state.shift[:] += state.move[:POSE]
+            add_scaled(filters[hypothesis].offset, -1.0, state.move)
+    add_scaled(state.shift, 1.0, state.move[:POSE])
     if not state.is_replay:
         bias = state.mean[JOINT_BIAS]
-        state.axle_variance = 0.0 if state.has_fix else TURNED_AXLE_PROBABILITY * bias * bias
+        state.axle_variance = 0.0 if state.fix_count else TURNED_AXLE_PROBABILITY * bias * bias
         add_axle_angle_variance(state.covariance, state.mean, state.origin, state.axle_variance)
         add_nonlinear_error(state.covariance, state.nonlinear_error)
 
@@ -100,12 +100,12 @@ def mix_hypotheses(settings: FilterSettings, state: FilterState, filters: Record
         weight = state.weight[hypothesis]
         if weight > 0.0:
             suspicion = add_hypothesis(settings, state, filters[hypothesis], moves[hypothesis])
-            state.move[:] += weight * moves[hypothesis]
-            state.suspicion[:] += weight * suspicion
+            add_scaled(state.move, weight, moves[hypothesis])
+            add_scaled(state.suspicion, weight, suspicion)
     for hypothesis in range(HYPOTHESIS_COUNT):
         if 0.0 < state.weight[hypothesis] < 1.0:
-            difference = moves[hypothesis] - state.move
-            state.covariance[:] += state.weight[hypothesis] * np.outer(difference, difference)
+            add_scaled(moves[hypothesis], -1.0, state.move)
+            add_outer(state.covariance, state.weight[hypothesis], moves[hypothesis])
 
 
 @compiled
@@ -120,15 +120,18 @@ def add_hypothesis(settings: FilterSettings, state: FilterState, opened: OpenFil
     for row in range(FAST):
         multiply(gains[row], information, covariance[row, FAST:])
         multiply(crosses[row], spread, gains[row])
-    move[FAST:] = mean - state.mean[FAST:]
+    move[FAST:] = mean
+    add_scaled(move[FAST:], -1.0, state.mean[FAST:])
     for row in range(POSE):
         move[row] = opened.offset[row]
         for column in range(SLOW):
             move[row] += gains[row, column] * (move[FAST + column] - opened.offset[FAST + column])
-    known[FAST:, FAST:] += weight * spread
-    known[:FAST, FAST:] += weight * crosses
-    known[FAST:, :FAST] += weight * crosses.T
+    for row in range(SLOW):
+        add_scaled(known[FAST + row, FAST:], weight, spread[row])
     for row in range(FAST):
+        for column in range(SLOW):
+            known[row, FAST + column] += weight * crosses[row, column]
+            known[FAST + column, row] = known[row, FAST + column]
         for column in range(row + 1):
             rest = covariance[row, column]
             for middle in range(SLOW):

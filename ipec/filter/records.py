@@ -128,7 +128,7 @@ class FilterState(Reading):
         is_disturbed: 1 while a wheel is distrusted.
         move: Step from the estimate to the last mixture, shape `(19,)`.
         origin: Position of truck a at the start [m], shape `(2,)`.
-        has_fix: 1 once an absolute pose was applied.
+        fix_count: Number of absolute poses applied so far.
         axle_variance: Variance of the angle between body and wheels of truck a [rad^2].
         nonlinear_error: Error of the position that is not linear in that of the heading [m]; without fixes.
         suspicion: Probability that each of `prior.VALUE_NAMES` is wrong, shape `(9,)`.
@@ -174,7 +174,7 @@ class FilterState(Reading):
     is_disturbed: int
     move: Annotated[Array, 19]
     origin: Annotated[Array, 2]
-    has_fix: int
+    fix_count: int
     axle_variance: float
     nonlinear_error: float
     suspicion: Annotated[Array, 9]

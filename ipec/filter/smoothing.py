@@ -14,7 +14,7 @@ import numpy as np
 
 from omnimate.ipec.filter.adjoint import Adjoint, undo_decay, undo_linkage, undo_step, undo_update
 from omnimate.ipec.filter.estimate import BLOCK_SAMPLES, Table, Trace
-from omnimate.ipec.filter.fixes import apply_fixes
+from omnimate.ipec.filter.fixes import apply_fix
 from omnimate.ipec.filter.forms import fill_error_transition
 from omnimate.ipec.filter.poses import add_axle_angle_variance, add_nonlinear_error, fill_pose
 from omnimate.ipec.filter.records import (
@@ -28,10 +28,10 @@ from omnimate.ipec.filter.records import (
     OpenFilter,
     Step,
 )
-from omnimate.ipec.filter.step import advance
+from omnimate.ipec.filter.step import finish_step, predict
 from omnimate.ipec.filter.suspects import average_slow_states
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
-from omnimate.vehicle.matrices import multiply
+from omnimate.vehicle.matrices import add_scaled, multiply
 
 
 class Block(NamedTuple):
@@ -71,21 +71,22 @@ def run_block(
         samples: Filled with the numbers of these samples.
     """
     table, trace = run
-    state, filters, fixes = trace.checkpoints[number], trace.filter_checkpoints[number], table.fixes
+    states, filters = trace.checkpoints[number : number + 1], trace.filter_checkpoints[number]
+    state, fixes = states[0], table.fixes
     first, last = number * BLOCK_SAMPLES, min((number + 1) * BLOCK_SAMPLES, len(table.counts))
-    following, stored = 0, 0
+    stored = 0
     state.is_replay = 1
     for hypothesis in range(HYPOTHESIS_COUNT):
         filters[hypothesis].is_active = 0
     for hypothesis in hypotheses:
         filters[hypothesis].is_active = 1
-    while following < len(fixes) and fixes[following].sample < first:
-        following += 1
     for sample in range(first, last):
-        placed, fixed = state.is_linked, following
-        advance(settings[0], state, filters, table.counts[sample], table.present[sample], trace.moves)
-        following = apply_fixes(settings[0], state, filters, fixes, sample, following, trace.moves)
-        if state.predicted or following > fixed or (state.is_linked and not placed):
+        placed, fix_count = state.is_linked, state.fix_count
+        if predict(settings, states, table.counts[sample], table.present[sample]):
+            finish_step(settings, states, filters, trace.moves)
+        while state.fix_count < len(fixes) and fixes[state.fix_count].sample <= sample:
+            apply_fix(settings, states, filters, fixes[state.fix_count], trace.moves)
+        if state.predicted or state.fix_count > fix_count or (state.is_linked and not placed):
             for place in range(len(hypotheses)):
                 store_step(state, filters[hypotheses[place]], steps[place, stored])
             samples[stored] = sample
@@ -112,7 +113,8 @@ def store_step(state: FilterState, opened: OpenFilter, step: Step) -> None:
 def begin_adjoint(settings: FilterSettings, state: FilterState, opened: OpenFilter, adjoint: Adjoint) -> None:
     """Fill the adjoint at the end of the recording with the prior of the slow states."""
     information, mean, known, _ = average_slow_states(settings, state, opened)
-    mean -= state.mean[FAST:] + opened.offset[FAST:]
+    add_scaled(mean, -1.0, state.mean[FAST:])
+    add_scaled(mean, -1.0, opened.offset[FAST:])
     multiply(adjoint.vector[FAST:], information, mean)
     carried = np.zeros((SLOW, SLOW))
     for row in range(SLOW):

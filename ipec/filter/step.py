@@ -32,7 +32,6 @@ from omnimate.ipec.filter.records import (
     JOINT_BIAS,
     LINK,
     POSE,
-    STATES,
     WANDER,
     FilterSettings,
     FilterState,
@@ -45,7 +44,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 DISTURBED_STEP_LENGTH = 0.0125  # [m] the same while a wheel is disturbed: a quarter of a bump of 0.05 m
-NO_TASK, INITIALISE, FINISH = range(3)  # tasks of the open filters after a sample
 READING_NOISE_RATE = (
     1.0 / 200.0
 )  # [1/sample] forgetting factor of the readings' noise: 3 s at 15 ms (assumption)
@@ -167,92 +165,62 @@ def update(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> 
 
 
 @compiled
-def finish_step(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
-    """End a step: predict covariances, update, and mix; `moves` as in `move_to_mixture`."""
+def finish_step(settings: Record, states: Record, filters: Record, moves: Array) -> None:
+    """End a step in which the robot has moved: predict covariances, update, and mix.
+
+    After the first reading of the linkage the open filters are initialised by it instead.
+
+    Args:
+        settings: Settings of the filter, one record `(1,)` of `FilterSettings`.
+        states: Estimate, one record `(1,)` of `FilterState`, changed in place.
+        filters: Open filters `(H,)`, changed in place.
+        moves: As in `move_to_mixture`.
+    """
+    state = states[0]
+    if not state.is_linked and state.linked:
+        initialise_linkage(settings[0], state, filters)
+    if state.step_distance.sum() == 0.0:
+        return
     state.predicted = 1
     state.last_step_travel[:] = state.step_travel
-    differentiate(settings, state)
-    fill_speeds(settings, state)
+    differentiate(settings[0], state)
+    fill_speeds(settings[0], state)
     if state.linkage_samples > 0:
-        fill_reading_variance(settings, state)
+        fill_reading_variance(settings[0], state)
     for hypothesis in range(HYPOTHESIS_COUNT):
         if filters[hypothesis].is_active:
-            update(settings, state, filters[hypothesis])
+            update(settings[0], state, filters[hypothesis])
     before = np.empty(3)
     for number in range(3):
         before[number] = expected_reading(state.mean, number)
-    move_to_mixture(settings, state, filters, moves)
+    move_to_mixture(settings[0], state, filters, moves)
     for number in range(3):
         state.last_residual[number] -= expected_reading(state.mean, number) - before[number]
     begin_step(state)
 
 
 @compiled
-def predict(
-    settings: FilterSettings, state: FilterState, counts: IntArray, present: NDArray[np.bool_]
-) -> int:
-    """Move the estimate by one sample; return the open filters' task: NO_TASK, INITIALISE or FINISH.
+def predict(settings: Record, states: Record, counts: IntArray, present: NDArray[np.bool_]) -> bool:
+    """Move the estimate by one sample; return whether `finish_step` has to follow.
 
     The trucks move only if all four wheels were read; counts and presence `(7,)` are in the order of
-    `CHANNELS`.
+    `CHANNELS`. Settings and estimate are as in `finish_step`.
     """
+    state = states[0]
     state.shift[:] = 0.0
     state.predicted = 0
     if not (present[0] and present[1] and present[2] and present[3]):
-        return NO_TASK
-    convert_counts(settings, state, counts, present)
+        return False
+    convert_counts(settings[0], state, counts, present)
     if not state.is_linked:
-        return INITIALISE if state.linked else NO_TASK
+        return bool(state.linked)
     if not state.moved[0]:
-        return NO_TASK
-    predict_mean(settings, state)
+        return False
+    predict_mean(settings[0], state)
     state.samples += 1
     for wheel in range(4):
         state.step_travel[wheel] += state.travel[wheel]
         state.step_distance[wheel] += abs(state.travel[wheel])
     if state.linked:
-        accumulate(settings, state)
-    return FINISH if is_step_complete(state) else NO_TASK
-
-
-@compiled
-def run_hypotheses(
-    settings: FilterSettings, state: FilterState, filters: Record, task: int, moves: Array
-) -> None:
-    """Run the task that `predict` returned in the open filters; `moves` as in `move_to_mixture`."""
-    if task == INITIALISE:
-        initialise_linkage(settings, state, filters)
-    elif task == FINISH:
-        finish_step(settings, state, filters, moves)
-
-
-@compiled
-def advance(
-    settings: FilterSettings,
-    state: FilterState,
-    filters: Record,
-    counts: IntArray,
-    present: NDArray[np.bool_],
-    moves: Array,
-) -> None:
-    """Process one sample with the open filters `(H,)`, in place."""
-    run_hypotheses(settings, state, filters, predict(settings, state, counts, present), moves)
-
-
-@compiled
-def finish_open_step(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
-    """End the current step if the robot has moved in it; `moves` as in `move_to_mixture`."""
-    if state.step_distance.sum() > 0.0:
-        finish_step(settings, state, filters, moves)
-
-
-@compiled
-def predict_live(settings: Record, states: Record, counts: IntArray, present: NDArray[np.bool_]) -> int:
-    """Return the task by `predict` for settings and a state that are records `(1,)`."""
-    return predict(settings[0], states[0], counts, present)
-
-
-@compiled
-def run_hypotheses_live(settings: Record, states: Record, filters: Record, task: int) -> None:
-    """Run the task that `predict_live` returned in the open filters, in place."""
-    run_hypotheses(settings[0], states[0], filters, task, np.empty((0, STATES + 2)))
+        accumulate(settings[0], state)
+    return is_step_complete(state)

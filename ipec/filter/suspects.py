@@ -28,7 +28,7 @@ from omnimate.ipec.filter.records import (
     OpenFilter,
 )
 from omnimate.vehicle.compiled import Array, compiled
-from omnimate.vehicle.matrices import invert, multiply, product
+from omnimate.vehicle.matrices import add_outer, add_scaled, invert, multiply, product
 
 if TYPE_CHECKING:
     Moments = tuple[float, float, float, float, float, float]
@@ -164,10 +164,14 @@ def discard_common_scale(information: Array, pull: Array, variance: float) -> No
         pull: Product of `information` and their mean, shape `(11,)`.
         variance: Variance of the apparent error of that scale.
     """
-    product = information[:, 0] + information[:, 1] + information[:, 2] + information[:, 3]
-    total = 1.0 / variance + product[0] + product[1] + product[2] + product[3]
-    pull -= product * (pull[0] + pull[1] + pull[2] + pull[3]) / total
-    information -= np.outer(product, product) / total
+    product, inside, pulled = np.zeros(SLOW), 1.0 / variance, 0.0
+    for wheel in range(4):
+        add_scaled(product, 1.0, information[wheel])
+        pulled += pull[wheel]
+    for wheel in range(4):
+        inside += product[wheel]
+    add_scaled(pull, -pulled / inside, product)
+    add_outer(information, -1.0 / inside, product)
 
 
 @compiled
@@ -228,13 +232,17 @@ def average_slow_states(
     """
     information = opened.covariance[FAST:, FAST:].copy()
     invert(information)
-    spread, pull, mean = settings.independent_share * information, np.empty(SLOW), np.empty(SLOW)
-    multiply(pull, spread, state.mean[FAST:] + opened.offset[FAST:])
+    spread, pull, mean = np.zeros((SLOW, SLOW)), np.empty(SLOW), state.mean[FAST:].copy()
+    add_scaled(mean, 1.0, opened.offset[FAST:])
+    for row in range(SLOW):
+        add_scaled(spread[row], settings.independent_share, information[row])
+    multiply(pull, spread, mean)
     for row in range(SLOW):
         spread[row, row] -= settings.independent_share / settings.open_variance[row]
-    if not state.has_fix:
+    if state.fix_count == 0:
         discard_common_scale(spread, pull, settings.open_variance[0])
-    spread += settings.nominal_information
+    for row in range(SLOW):
+        add_scaled(spread[row], 1.0, settings.nominal_information[row])
     invert(spread)
     multiply(mean, spread, pull)
     wrong = add_suspects(settings, spread, mean)

@@ -16,8 +16,8 @@ import numpy as np
 
 from omnimate.ipec.corrector import correct
 from omnimate.ipec.filter.estimate import estimate
-from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.step import predict_live, run_hypotheses_live
+from omnimate.ipec.filter.live import NO_MOVES, Filter
+from omnimate.ipec.filter.step import finish_step, predict
 from omnimate.ipec.readings import ordered_counts
 from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.bumps import Bump, bumps_under
@@ -68,8 +68,8 @@ def told(recording: Recording, seed: int) -> Array:
     for sample in range(len(counts)):
         if near[sample]:
             filters["alert"][:, wheel] = 1e-3
-        todo = predict_live(filter_.settings, state, counts[sample], present[sample])
-        run_hypotheses_live(filter_.settings, state, filters, todo)
+        if predict(filter_.settings, state, counts[sample], present[sample]):
+            finish_step(filter_.settings, state, filters, NO_MOVES)
         mean = state["mean"][0]
         path[sample] = mean[0], mean[1], mean[2] + mean[3]
     return path

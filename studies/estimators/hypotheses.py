@@ -32,7 +32,7 @@ from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.mixture import MIN_LOG_ODDS, TURNED_AXLE_PROBABILITY, mix_hypotheses
 from omnimate.ipec.filter.poses import add_axle_angle_variance, fill_pose
 from omnimate.ipec.filter.records import JOINT_BIAS, STATES
-from omnimate.ipec.filter.step import advance
+from omnimate.ipec.filter.step import finish_step, predict
 from omnimate.ipec.linkage_check import check_linkage
 from omnimate.ipec.readings import ordered_counts
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
@@ -73,7 +73,8 @@ def run_subsets(
     for sample in range(len(table.counts)):
         settings[0].log_prior[:] = np.maximum(odds[0] - odds[0].max(), NEGLIGIBLE)
         state.score[:] = 0.0
-        advance(settings[0], state, filters, table.counts[sample], table.present[sample], moves)
+        if predict(settings, states, table.counts[sample], table.present[sample]):
+            finish_step(settings, states, filters, moves)
         fill_pose(state.mean, state.covariance, 0, poses[0, sample], sigmas[0, sample])
         if not state.predicted:
             continue

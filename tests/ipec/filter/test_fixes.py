@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.fixes import apply_fix, fix_records
-from omnimate.ipec.filter.live import Filter
+from omnimate.ipec.filter.fixes import fix_records
+from omnimate.ipec.filter.live import Filter, FilteredState
 from omnimate.ipec.filter.poses import fill_pose, fill_pose_jacobian
 from omnimate.ipec.filter.records import HYPOTHESIS_COUNT, LENGTH, STATES, FilterState, OpenFilter
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -37,10 +37,9 @@ def pose_of(both, truck):
 
 
 def fix(both, truck, pose, sigma):
-    states, filters = both[0].copy(), both[1].copy()
-    settings = Filter(reference_vehicle()).settings
-    apply_fix(settings, states, filters, truck, np.asarray(pose, float), np.asarray(sigma, float))
-    return states, filters
+    before = FilteredState(*both)
+    after = Filter(reference_vehicle()).fix(before, pose, sigma, "ab"[truck])
+    return after.record, after.filters
 
 
 @many
