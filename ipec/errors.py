@@ -29,6 +29,21 @@ class NoLinkageError(IpecError):
         self.source = source
 
 
+class FixError(IpecError):
+    """Fixes from which the filter cannot start.
+
+    Attributes:
+        source: Name of the recording.
+    """
+
+    def __init__(self, source: str) -> None:
+        super().__init__(
+            f"{source}: no fix of truck a has x, y and heading; expected one in poses.csv, from which the "
+            "filter starts; without --fixes it starts from 0"
+        )
+        self.source = source
+
+
 class LinkageChannelError(IpecError):
     """A linkage channel that was never read, or was frozen.
 

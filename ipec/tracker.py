@@ -1,34 +1,47 @@
-"""Plain odometry, IPEC and the filter run in parallel, live or over a recording; output in rows."""
+"""Plain odometry, IPEC and the filter run in parallel, live or over a recording; output in rows.
+
+Of a robot with a single truck there is no IPEC: its columns are nan.
+"""
 
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN, Corrector, correct
+from omnimate.ipec.errors import FixError
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.findings import MIN_LOST_TRAVEL, Disturbance, Findings, findings
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import CALIBRATED, Prior
 from omnimate.ipec.linkage_check import LINKAGE, FrozenChannel, frozen_channels
-from omnimate.vehicle.odometry import Odometer
+from omnimate.ipec.one_truck import OneTruckFilter, estimate_one_truck
+from omnimate.vehicle.odometry import Odometer, dead_reckon
 from omnimate.vehicle.parameters import WHEELS
 from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.se2 import between, compose
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from omnimate.ipec.filter.estimate import Estimate
     from omnimate.ipec.filter.findings import SlowParameters
     from omnimate.vehicle.parameters import Channel, VehicleParameters
+    from omnimate.vehicle.recording import Poses
     from omnimate.vehicle.sample import Sample
     from omnimate.vehicle.se2 import Array
 
+    Learned = tuple[VehicleParameters, SlowParameters, Findings]
+
+# [m, m, rad] Standard deviations of a fix that states none: by a tape measure or a good localisation
+# (assumption).
+UNSTATED_SIGMA = np.array([0.005, 0.005, 0.01])
+START_SIGMAS = 10.0  # of the start by a fix over those of the fix, which the filter applies as well
 CHECKED_SAMPLES = 2000  # latest samples that are checked for frozen channels: half a minute at 15 ms
 
 
@@ -132,6 +145,11 @@ class Tracker:
         """What contradicts the description of the robot, or the model of its motion."""
         return findings(self._filter.settings, self._states[1].record, self._states[1].filters)
 
+    @property
+    def learned(self) -> Learned:
+        """The robot, the errors of its encoders, and what contradicts its description."""
+        return self.vehicle, self.slow, self.findings
+
     def take_disturbances(self) -> tuple[Disturbance, ...]:
         """Return the disturbances that have ended since the last call."""
         ended, self._ended = tuple(self._ended), []
@@ -178,7 +196,13 @@ class Tracker:
 
 
 def track_recording(
-    recording: Recording, every: float, start: ArrayLike = ORIGIN, *, prior: Prior = CALIBRATED
+    recording: Recording,
+    every: float,
+    start: ArrayLike = ORIGIN,
+    sigma: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    fixes: Poses | None = None,
+    prior: Prior = CALIBRATED,
 ) -> tuple[Iterator[Row], Estimate]:
     """Return rows at equal intervals over a recording, and the filter's estimate.
 
@@ -186,6 +210,8 @@ def track_recording(
         recording: Recording of a robot with two trucks.
         every: Time between two rows [s]; 0 for a row at every sample.
         start: Pose of truck a at the first sample [m, m, rad], shape `(3,)`.
+        sigma: Standard deviations of `start`, shape `(3,)`.
+        fixes: Absolute poses for the filter, such as `recording.poses`; None for none.
         prior: How well `recording.vehicle` is known.
 
     Raises:
@@ -193,9 +219,8 @@ def track_recording(
         LinkageChannelError: A channel of the linkage was never read, or was frozen while the robot moved.
     """
     plain, ipec = correct(recording, start, method="plain"), correct(recording, start)
-    filtered = estimate(recording, start, prior=prior)
-    turn = np.floor((recording.time - recording.time[0]) / every) if every else np.arange(len(recording))
-    ends = np.append(np.flatnonzero(np.diff(turn)), len(recording) - 1)
+    filtered = estimate(recording, start, sigma, fixes=fixes, prior=prior)
+    ends = _ends(recording, every)
     corrections = np.diff(np.cumsum(ipec.corrections, axis=0)[ends], axis=0, prepend=0.0)
     lost = np.diff(np.cumsum(filtered.lost, axis=0)[ends], axis=0, prepend=0.0)
     rows = (
@@ -212,3 +237,105 @@ def track_recording(
         for number, end in enumerate(ends.tolist())
     )
     return rows, filtered
+
+
+class OneTruckTracker:
+    """Estimates the pose of a live robot with a single truck; used as a `Tracker` is.
+
+    Args:
+        vehicle: Robot as `vehicle.toml` describes it.
+        prior: How well `vehicle` is known.
+
+    Attributes:
+        vehicle: The robot.
+        started: Whether a sample has been processed.
+        learned: None: without absolute poses there is nothing to learn from.
+    """
+
+    learned = None
+
+    def __init__(self, vehicle: VehicleParameters, *, prior: Prior = CALIBRATED) -> None:
+        self.vehicle, self.started = vehicle, False
+        self._plain, self._filter = Odometer(vehicle), OneTruckFilter(vehicle, prior=prior)
+        self._state, self._time = self._filter.start(), 0.0
+
+    def step(self, sample: Sample) -> None:
+        """Update odometry and filter with the next sample."""
+        self._plain.step(sample)
+        self._state, self._time, self.started = self._filter.step(self._state, sample), sample.time, True
+
+    def take_disturbances(self) -> tuple[Disturbance, ...]:
+        """Return none: a single truck does not see them."""
+        return ()
+
+    def frozen(self) -> tuple[FrozenChannel, ...]:
+        """Return none: there is no linkage."""
+        return ()
+
+    def look(self) -> Row:
+        """Return the poses after the last sample."""
+        return _one_truck_row(self._time, np.array(self._plain.pose), self._state.pose, self._state.sigma)
+
+    row = look
+
+
+def track_one_truck(
+    recording: Recording,
+    every: float,
+    start: ArrayLike = ORIGIN,
+    sigma: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    fixes: Poses | None = None,
+    prior: Prior = CALIBRATED,
+) -> Iterator[Row]:
+    """Return rows at equal intervals over a recording of a robot with a single truck.
+
+    Arguments are those of `track_recording`.
+    """
+    plain = dead_reckon(recording, "a", start)
+    poses, sigmas = estimate_one_truck(recording, start, sigma, fixes=fixes, prior=prior)
+    return (
+        _one_truck_row(float(recording.time[end]), plain[end], poses[end], sigmas[end])
+        for end in _ends(recording, every).tolist()
+    )
+
+
+def _one_truck_row(time: float, plain: Array, filtered: Array, sigma: Array) -> Row:
+    unknown = np.full(4, np.nan)
+    return Row(time, plain, unknown[:3], filtered, sigma, unknown[:3], unknown[:2], unknown)
+
+
+def _ends(recording: Recording, every: float) -> NDArray[np.int_]:
+    """Return the numbers of the last samples of equal intervals [s]; 0 for every sample."""
+    turn = np.floor((recording.time - recording.time[0]) / every) if every else np.arange(len(recording))
+    return np.append(np.flatnonzero(np.diff(turn)), len(recording) - 1)
+
+
+def fixes_of(recording: Recording) -> Poses:
+    """Return the absolute poses of a recording, with `UNSTATED_SIGMA` where they state none.
+
+    Raises:
+        FixError: It has none.
+    """
+    if recording.poses is None:
+        raise FixError(recording.source)
+    poses = recording.poses
+    return replace(poses, sigma=np.where(np.isfinite(poses.sigma), poses.sigma, UNSTATED_SIGMA))
+
+
+def start_by_fixes(recording: Recording, fixes: Poses) -> tuple[Array, Array]:
+    """Return pose and standard deviations `(3,)` of truck a at the first sample, by its first whole fix.
+
+    The wheels' travel up to the fix is taken back.
+
+    Raises:
+        FixError: No fix of truck a has x, y and heading.
+    """
+    of_a = fixes.of("a")
+    whole = np.flatnonzero(np.isfinite(of_a.pose).all(axis=1))
+    if not len(whole):
+        raise FixError(recording.source)
+    first = whole[0]
+    path = dead_reckon(recording, "a")
+    place = max(int(np.searchsorted(recording.time, of_a.time[first], side="right")) - 1, 0)
+    return compose(of_a.pose[first], between(path[place], path[0])), START_SIGMAS * of_a.sigma[first]

@@ -19,7 +19,7 @@ from omnimate.vehicle.errors import OmnimateError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from omnimate.ipec.tracker import Row, Tracker
+    from omnimate.ipec.tracker import OneTruckTracker, Row, Tracker
     from omnimate.vehicle.sample import Sample
 
 CHECK_PERIOD = 5.0  # [s] between two checks for frozen channels
@@ -91,7 +91,12 @@ def _create(path: Path) -> TextIO:
 
 
 def follow_robot(
-    samples: Iterable[Sample], tracker: Tracker, writer: RowWriter, *, seconds: float | None, every: float
+    samples: Iterable[Sample],
+    tracker: Tracker | OneTruckTracker,
+    writer: RowWriter,
+    *,
+    seconds: float | None,
+    every: float,
 ) -> None:
     """Track samples until the time is up, the source ends or Ctrl-C; write rows, report disturbances.
 
@@ -121,7 +126,7 @@ def follow_robot(
                 _report_frozen(tracker, reported)
 
 
-def _report_frozen(tracker: Tracker, reported: set[str]) -> None:
+def _report_frozen(tracker: Tracker | OneTruckTracker, reported: set[str]) -> None:
     """Warn of each frozen channel once."""
     for frozen in tracker.frozen():
         if frozen.channel not in reported:

@@ -6,6 +6,7 @@ import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 
 from omnimate.cli.console import err, note
@@ -16,10 +17,8 @@ from omnimate.cli.track.live import RowWriter, follow_robot, open_rows
 from omnimate.cli.track.words import disturbance_in_words, show_summary
 
 if TYPE_CHECKING:
-    from omnimate.ipec.filter.findings import Findings, SlowParameters
     from omnimate.ipec.filter.prior import Prior
-    from omnimate.ipec.tracker import Tracker
-    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.ipec.tracker import Learned, OneTruckTracker, Tracker
 
 
 def track(
@@ -45,6 +44,12 @@ def track(
             help="vehicle.toml holds nominal values: the filter expects more of them to be wrong.",
         ),
     ] = False,
+    fixes: Annotated[
+        bool,
+        typer.Option(
+            "--fixes", help="The filter uses the absolute poses of the recording, and starts from the first."
+        ),
+    ] = False,
     csv: Annotated[Path | None, typer.Option(help="File for one row every --every seconds.")] = None,
     jsonl: Annotated[
         str | None, typer.Option(help="File for the same rows as JSON lines; - for standard output.")
@@ -58,74 +63,87 @@ def track(
     """Show the pose by odometry, IPEC and the filter, with what was corrected and why."""
     from omnimate.cli.robots import nominal_vehicle
     from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL
-    from omnimate.ipec.tracker import Tracker
+    from omnimate.ipec.tracker import OneTruckTracker, Tracker
 
     if (recording is None) == (bus is None):
         raise CallError(
             "track follows either a robot (--bus URL) or a recording (its folder); give one of them"
         )
+    if fixes and recording is None:
+        raise CallError("--fixes takes the poses of a recording; a bus has none")
     prior = NOMINAL if uncalibrated else CALIBRATED
     with open_rows(csv, jsonl) as writer:
         if recording is not None:
-            robot, slow, findings = _track_recording(recording, prior, writer, every)
+            learned = _track_recording(recording, prior, writer, every, fixed=fixes)
         else:
             assert bus is not None  # exactly one of them was given
-            tracker = Tracker(nominal_vehicle(vehicle), prior=prior)
-            _track_bus(bus, tracker, writer, seconds=seconds, every=every, listen_only=listen_only)
-            robot, slow, findings = tracker.vehicle, tracker.slow, tracker.findings
+            robot = nominal_vehicle(vehicle)
+            tracker = (Tracker if robot.linkage else OneTruckTracker)(robot, prior=prior)
+            learned = _track_bus(bus, tracker, writer, seconds=seconds, every=every, listen_only=listen_only)
     if out_file is not None:
-        _write(robot, slow, findings, out_file)
+        _write(learned, out_file)
 
 
-def _write(robot: VehicleParameters, slow: SlowParameters, findings: Findings, path: Path) -> None:
-    """Write the robot with what was learned of it."""
+def _write(learned: Learned | None, path: Path) -> None:
+    """Write the robot with what was learned of it.
+
+    Raises:
+        CallError: The robot has a single truck.
+    """
     from omnimate.calib.linkage.learned import learned_vehicle
     from omnimate.vehicle.file import save_vehicle
 
-    save_vehicle(learned_vehicle(robot, slow, findings), path)
+    if learned is None:
+        raise CallError("--out needs two trucks; of one, `omnimate calibrate` learns from absolute poses")
+    save_vehicle(learned_vehicle(*learned), path)
     err.print(f"written: {path}; drive again, and compare: nothing should be left to learn", markup=False)
 
 
 def _track_recording(
-    folder: Path, prior: Prior, writer: RowWriter, every: float
-) -> tuple[VehicleParameters, SlowParameters, Findings]:
-    from omnimate.calib.linkage.learned import learned_values
+    folder: Path, prior: Prior, writer: RowWriter, every: float, *, fixed: bool
+) -> Learned | None:
     from omnimate.calib.monitoring.channels import check_frozen
     from omnimate.files.recordings.folder import load_recording
-    from omnimate.ipec.tracker import track_recording
+    from omnimate.ipec.tracker import fixes_of, start_by_fixes, track_one_truck, track_recording
 
     with err.status("reading"):
         recording = load_recording(folder)
         check_frozen(recording)
+    fixes, learned = fixes_of(recording) if fixed else None, None
+    start = (np.zeros(3), np.zeros(3)) if fixes is None else start_by_fixes(recording, fixes)
     with err.status("tracking"):
-        rows, estimate = track_recording(recording, every, prior=prior)
+        if recording.vehicle.linkage is None:
+            rows = track_one_truck(recording, every, *start, fixes=fixes, prior=prior)
+        else:
+            rows, estimate = track_recording(recording, every, *start, fixes=fixes, prior=prior)
+            learned = recording.vehicle, estimate.slow, estimate.findings
         last = None
         for last in rows:
             writer.write(last)
-    for disturbance in estimate.disturbances:
-        note(disturbance_in_words(disturbance, recording.time[0], recording.vehicle))
+    if learned is not None:
+        for disturbance in estimate.disturbances:
+            note(disturbance_in_words(disturbance, recording.time[0], recording.vehicle))
     if last is not None:
-        values = learned_values(recording.vehicle, estimate.slow)
-        show_summary(last, values, estimate.findings, to_stdout=writer.leaves_stdout)
-    return recording.vehicle, estimate.slow, estimate.findings
+        show_summary(last, learned, to_stdout=writer.leaves_stdout)
+    return learned
 
 
 def _track_bus(
     bus: str,
-    tracker: Tracker,
+    tracker: Tracker | OneTruckTracker,
     writer: RowWriter,
     *,
     seconds: float | None,
     every: float,
     listen_only: bool,
-) -> None:
-    from omnimate.calib.linkage.learned import learned_values
+) -> Learned | None:
     from omnimate.cli.driver_reports import report_problems
 
     reader, _ = open_reader(tracker.vehicle, bus, listen_only=listen_only)
     with reader, contextlib.suppress(KeyboardInterrupt):
         follow_robot(reader.samples(), tracker, writer, seconds=seconds, every=every)
     report_problems(reader.report())
+    learned = tracker.learned
     if tracker.started:
-        values = learned_values(tracker.vehicle, tracker.slow)
-        show_summary(tracker.row(), values, tracker.findings, to_stdout=writer.leaves_stdout)
+        show_summary(tracker.row(), learned, to_stdout=writer.leaves_stdout)
+    return learned

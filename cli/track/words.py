@@ -5,26 +5,31 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from omnimate.cli.console import err, out
 from omnimate.cli.tables import new_table
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from omnimate.calib.linkage.learned import LearnedValue
-    from omnimate.ipec.filter.findings import Disturbance, Findings
+    from omnimate.ipec.filter.findings import Disturbance
     from omnimate.ipec.linkage_check import FrozenChannel
-    from omnimate.ipec.tracker import Row
+    from omnimate.ipec.tracker import Learned, Row
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.se2 import Array
 
 
 def row_in_words(row: Row, first: float) -> str:
     """Return a status line: the time and the pose by each method."""
-    poses = {"plain": row.plain, "IPEC": row.ipec, "filter": row.filtered}
-    words = [f"{name} {_pose(pose)}" for name, pose in poses.items()]
+    words = [f"{name} {_pose(pose)}" for name, pose in _poses(row).items()]
     sure = f"+-{1e3 * math.hypot(*row.sigma[:2]):.0f} mm {math.degrees(row.sigma[2]):.2f} degrees"
     return "   ".join([f"{row.time - first:8.1f} s", *words]) + f" {sure}"
+
+
+def _poses(row: Row) -> dict[str, Array]:
+    """Return the pose of truck a by each method; a single truck has no IPEC."""
+    poses = {"plain": row.plain, "IPEC": row.ipec, "filter": row.filtered}
+    return {name: pose for name, pose in poses.items() if np.isfinite(pose).all()}
 
 
 def _pose(pose: Array) -> str:
@@ -53,16 +58,20 @@ def frozen_in_words(frozen: FrozenChannel, vehicle: VehicleParameters) -> str:
     return f"{name} {describe_frozen_channel(frozen, frozen.start)}; until then rely on plain odometry only"
 
 
-def show_summary(row: Row, values: Sequence[LearnedValue], findings: Findings, *, to_stdout: bool) -> None:
-    """Print the last poses, the values learned, contradictions, and values that are not identified yet."""
-    from omnimate.calib.linkage.learned import advice_of
+def show_summary(row: Row, learned: Learned | None, *, to_stdout: bool) -> None:
+    """Print the last poses, and of two trucks what was learned, contradicted, and not identified yet."""
+    from omnimate.calib.linkage.learned import advice_of, learned_values
 
     console = out if to_stdout else err
     table = new_table("", ("truck a", "x [m]", "y [m]", "heading [degrees]"))
-    for name, pose in {"plain": row.plain, "IPEC": row.ipec, "filter": row.filtered, "+-": row.sigma}.items():
+    for name, pose in {**_poses(row), "+-": row.sigma}.items():
         x, y, theta = pose.tolist()
         table.add_row(name, f"{x:.4f}", f"{y:.4f}", f"{math.degrees(theta):.3f}")
     console.print(table)
+    if learned is None:
+        return
+    vehicle, slow, findings = learned
+    values = learned_values(vehicle, slow)
     console.print(new_table("", ("learned", "value", "+-"), rows=map(_learned, values)))
     for advice in advice_of(findings):
         console.print(str(advice), markup=False, soft_wrap=True)

@@ -14,7 +14,7 @@ from omnimate.cli.track.live import follow_robot, open_rows
 from omnimate.cli.track.verb import track
 from omnimate.effects.crossing import crossing_of
 from omnimate.files.recordings.folder import save_recording
-from omnimate.ipec.errors import LinkageChannelError, NoLinkageError
+from omnimate.ipec.errors import LinkageChannelError
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.tracker import Tracker
 from omnimate.motion.paths import out_and_back, rounded_rectangle
@@ -130,9 +130,36 @@ def test_a_joint_that_freezes_live_is_told_once_with_its_node(drive, capsys):
 def test_bad_sources_are_refused(drive, tmp_path):
     save_recording(frozen(drive), tmp_path / "frozen")
     assert isinstance(call(tmp_path / "frozen").exception, LinkageChannelError)
+
+
+def last_row(path):
+    return list(csv.DictReader(path.read_text().splitlines()))[-1]
+
+
+def test_a_single_truck_is_tracked_by_its_wheels_and_by_fixes_where_it_has_them(tmp_path):
     single = reference_single()
-    save_recording(simulate(single, Truth(single), squares(1.0, 1)), tmp_path / "single")
-    assert isinstance(call(tmp_path / "single").exception, NoLinkageError)
+    recording = simulate(single, Truth(single, floor=Floor(), seed=1), squares(1.0, 1))
+    save_recording(recording, tmp_path / "single")
+    alone = call(tmp_path / "single")
+    assert (alone.exit_code, "IPEC" in alone.stdout, "learned" in alone.stdout) == (0, False, False)
+    fixed = call(tmp_path / "single", "--fixes", "--csv", tmp_path / "rows.csv")
+    assert fixed.exit_code == 0
+    last = last_row(tmp_path / "rows.csv")
+    assert last["ipec_x"] == ""
+    assert float(last["filter_x"]) == pytest.approx(recording.poses.pose[-1, 0], abs=0.02)
+    refused = call(tmp_path / "single", "--out", tmp_path / "vehicle.toml")
+    assert "of one, `omnimate calibrate` learns from absolute poses" in str(refused.exception)
+    save_recording(replace(recording, poses=None), tmp_path / "bare")
+    assert "no fix of truck a has x, y and heading" in str(call(tmp_path / "bare", "--fixes").exception)
+    assert "a bus has none" in str(call("--bus", "virtual://x", "--fixes").exception)
+
+
+def test_fixes_keep_two_trucks_where_they_are(drive, tmp_path):
+    save_recording(drive, tmp_path / "drive")
+    call(tmp_path / "drive", "--fixes", "--csv", tmp_path / "rows.csv")
+    last = last_row(tmp_path / "rows.csv")
+    assert float(last["filter_x"]) == pytest.approx(drive.poses.of("a").pose[-1, 0], abs=0.01)
+    assert float(last["filter_y"]) == pytest.approx(drive.poses.of("a").pose[-1, 1], abs=0.01)
 
 
 def test_what_was_learned_is_written_and_then_nothing_is_left_to_learn(tmp_path):
