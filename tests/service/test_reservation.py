@@ -129,3 +129,33 @@ def test_a_stop_of_one_session_stops_no_other(reservation, session, reason):
     reservation.reserve("first")
     reservation.stop("aborted", session)
     assert reservation.stop_reason == reason
+
+
+def test_a_new_reservation_is_of_no_session_and_in_no_lap():
+    new = Reservation()
+    assert (new.session, new.order, new.lap, new.stop_reason) == (None, None, None, None)
+
+
+def test_a_release_by_another_session_leaves_the_reservation(reservation):
+    reservation.reserve("first")
+    reservation.release("another")
+    assert reservation.session == "first"
+
+
+@pytest.mark.parametrize(("session", "begins"), [("first", True), ("another", False)])
+def test_only_an_order_of_the_reserved_session_begins(reservation, session, begins):
+    reservation.reserve(session)
+    assert reservation.begin(ORDER) is begins
+
+
+@pytest.mark.parametrize("lifeline", [module.LEASE / 2, 2 * module.LEASE])
+def test_it_goes_on_up_to_and_including_the_time_that_is_allowed(reservation, now, lifeline):
+    order = DriveOrder("first", 4.0, 0.4, lifeline)
+    reservation.reserve("first")
+    reservation.begin(order)
+    allowed = min(lifeline, module.LEASE)
+    now["now"] += allowed
+    reservation.require_wanted(order)
+    now["now"] += 0.5
+    with pytest.raises(StoppedError, match=f"for {allowed:g} s"):
+        reservation.require_wanted(order)
