@@ -143,6 +143,7 @@ class FilterState(Reading):
         step_distance: Distance rolled since the start of the step [m], shape `(4,)`.
         samples: Samples since then.
         linkage_samples: Samples since then in which the linkage was read.
+        readings: Samples so far in which the linkage was read in motion.
         residual_sum: Sum of reading minus prediction in them, shape `(3,)`.
         last_residual: Reading minus prediction in the last of them, shape `(3,)`.
         residual_change: Its change from the sample before, shape `(3,)`.
@@ -189,6 +190,7 @@ class FilterState(Reading):
     step_distance: Annotated[Array, 4]
     samples: int
     linkage_samples: int
+    readings: int
     residual_sum: Annotated[Array, 3]
     last_residual: Annotated[Array, 3]
     residual_change: Annotated[Array, 3]

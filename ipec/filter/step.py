@@ -44,9 +44,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 DISTURBED_STEP_LENGTH = 0.0125  # [m] the same while a wheel is disturbed: a quarter of a bump of 0.05 m
-READING_NOISE_RATE = (
-    1.0 / 200.0
-)  # [1/sample] forgetting factor of the readings' noise: 3 s at 15 ms (assumption)
+# [1/sample] Forgetting factor of the readings' noise: 3 s at 15 ms (assumption).
+READING_NOISE_RATE = 1.0 / 200.0
 
 
 @compiled
@@ -92,6 +91,18 @@ def _initialise_covariance(
 
 
 @compiled
+def widen_first_reading(settings: FilterSettings, state: FilterState, covariance: Array) -> None:
+    """Add to a covariance `(19, 19)` what the first step has shown of the noise of the first reading."""
+    for number in range(3):
+        more = max(0.0, state.reading_variance[number] - settings.half_count[number] ** 2 / 3.0)
+        covariance[JOINT_A + number, JOINT_A + number] += more
+        if number == 0:
+            covariance[LINK, LINK] += more
+            covariance[LINK, JOINT_A] -= more
+            covariance[JOINT_A, LINK] -= more
+
+
+@compiled
 def _correlate_with_error(covariance: Array, true: int, error: int, share: float) -> None:
     """Correlate a true value with an error in a covariance `(19, 19)`: true = reading - share x error."""
     covariance[true, true] += share * share * covariance[error, error]
@@ -113,15 +124,19 @@ def begin_step(state: FilterState) -> None:
 def accumulate(settings: FilterSettings, state: FilterState) -> None:
     """Add the residuals of one sample to the sums of the step, and update the readings' noise."""
     state.linkage_samples += 1
+    state.readings += 1
+    rate = max(READING_NOISE_RATE, 1.0 / state.readings)  # at first, the mean of all readings so far
     for number in range(3):
         residual = reading_residual(state, number)
         change = residual - state.last_residual[number]
         # White noise makes successive changes negatively correlated; motion does not.
-        most = 9.0 * max(state.reading_variance[number], settings.half_count[number] ** 2 / 3.0)
-        noise = min(max(-change * state.residual_change[number], -most), most)
+        noise = -change * state.residual_change[number]
+        if rate == READING_NOISE_RATE:  # an outlier counts little, once the noise is known
+            most = 9.0 * max(state.reading_variance[number], settings.half_count[number] ** 2 / 3.0)
+            noise = min(max(noise, -most), most)
         state.reading_variance[number] = max(
             0.0,
-            state.reading_variance[number] + READING_NOISE_RATE * (noise - state.reading_variance[number]),
+            state.reading_variance[number] + rate * (noise - state.reading_variance[number]),
         )
         state.residual_sum[number] += residual
         state.squared_changes[number] += change * change
@@ -189,6 +204,8 @@ def finish_step(settings: Record, states: Record, filters: Record, moves: Array)
         fill_reading_variance(settings[0], state)
     for hypothesis in range(HYPOTHESIS_COUNT):
         if filters[hypothesis].is_active:
+            if state.mixture_count == 0:
+                widen_first_reading(settings[0], state, filters[hypothesis].covariance)
             update(settings[0], state, filters[hypothesis])
     before = np.empty(3)
     for number in range(3):

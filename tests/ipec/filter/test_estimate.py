@@ -186,3 +186,16 @@ def test_what_the_linkage_cannot_tell_stays_as_the_prior_has_it(robot):
     recording = simulate(robot, robots(robot, 1), rounded_rectangle(6.0, 3.25, ["cw"]))
     slow = estimate(recording, prior=Prior(scale=1e-3)).slow
     assert slow.sigma[:4] == pytest.approx(1e-3 / np.sqrt(2.0), rel=0.2)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_joints_that_scatter_from_the_first_sample_on_are_not_taken_for_wheels_that_slip(robot, seed):
+    """Their noise, 0.3 degrees, is known to nobody at the start; the floor is smooth."""
+    recording = simulate(robot, Truth(robot, floor=SMOOTH, sonar=EXACT, seed=seed), out_and_back(2.0))
+    counts = recording.counts.copy()
+    for column, joint in ((4, "joint_a"), (5, "joint_b")):
+        scatter = np.random.default_rng([seed, column]).standard_normal(len(counts))
+        counts[:, column] += np.rint(np.radians(0.3) / robot.encoder(joint).scale * scatter).astype(int)
+    result = estimate(replace(recording, counts=counts))
+    assert [disturbance for disturbance in result.disturbances if disturbance.lost > 0.003] == []
+    assert (np.abs(final_error(recording, result.pose_a[-1])) < 4.0 * result.sigma_a[-1]).all()
