@@ -20,7 +20,6 @@ from omnimate.ipec.filter.hypotheses import (
     SLOPE,
     TRUCKS,
     WANDERS,
-    ZEROED,
 )
 from omnimate.ipec.filter.records import (
     AHEAD,
@@ -94,10 +93,10 @@ def reading_sensitivities(
         return -lag_rate(settings, state, opened), 0.0
     if form == PLAY:
         return -opened.mean_play_position, 0.0
-    if form in (OFF_CENTRE, ZEROED):
+    if form == OFF_CENTRE:
         joint = number if number < 2 else 0
         angle = 0.5 * (state.mean[JOINT_A + joint] + state.step_start[1 + joint])
-        return math.sin(angle), math.cos(angle) - (1.0 if form == ZEROED else 0.0)
+        return math.sin(angle), math.cos(angle)
     return 1.0, 0.0
 
 

@@ -130,7 +130,7 @@ def _groups_of(hypothesis: Hypothesis, largest: dict[object, float]) -> list[str
     return names
 
 
-FORM_NAMES = ("wander", "off centre", "zeroed", "link scale", "play", "late", "slope", "push")
+FORM_NAMES = ("wander", "off centre", "link scale", "play", "late", "slope", "push")
 WHOLE, EVERY = "with all", "all but the first"
 
 

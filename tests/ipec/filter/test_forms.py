@@ -16,7 +16,6 @@ from omnimate.ipec.filter.hypotheses import (
     SLOPE,
     TRUCKS,
     WANDERS,
-    ZEROED,
 )
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, LINK, SIDES, WANDER
@@ -75,17 +74,15 @@ def test_a_truck_that_slips_moves_as_its_two_wheels_together(start, truck):
 
 @settings(max_examples=50)
 @given(angle=st.floats(-1.0, 1.0), joint=st.integers(0, 1), turn=st.floats(-0.1, 0.1))
-def test_off_the_centre_is_any_phase_and_a_zero_set_on_the_straight_is_right_there(start, angle, joint, turn):
+def test_off_the_centre_is_any_phase(start, angle, joint, turn):
     states, filters = start[1].record.copy(), start[1].filters.copy()
     states["mean"][0, JOINT_A + joint] = angle
     moved = np.eye(2)[joint] * turn
-    free = step(start, states, filters, number_of(joint, OFF_CENTRE), joint=moved)["reading_sensitivity"][
+    by_sizes = step(start, states, filters, number_of(joint, OFF_CENTRE), joint=moved)["reading_sensitivity"][
         :, joint
     ]
     middle = angle + 0.5 * turn
-    assert free == pytest.approx([np.sin(middle), np.cos(middle)])
-    zeroed = step(start, states, filters, number_of(joint, ZEROED))["reading_sensitivity"][:, joint]
-    assert zeroed == pytest.approx([np.sin(angle + turn), np.cos(angle + turn) - 1.0])
+    assert by_sizes == pytest.approx([np.sin(middle), np.cos(middle)])
 
 
 @settings(max_examples=50)
