@@ -3,11 +3,15 @@
 import { call, get, list, saveBlob } from "./api.js";
 import { $, attempt, el, row, say, show } from "./dom.js";
 import { mm, when } from "./units.js";
+import { setUpVehicleForm, showVehicleForm } from "./vehicle-edit.js";
+import { differenceTable, SIZES, sizesOf } from "./vehicle-sizes.js";
 
-const SIZES = { wheelbase: "wheelbase", wheel_diameter_left: "left wheel", wheel_diameter_right: "right wheel" };
 const FILES = { toml: "vehicle.toml", ros2: "wheels.yaml", vda5050: "wheel-definitions.json" };
+let shownVersions = [];
 
 export function setUpVehicle() {
+  setUpVehicleForm(showOne);
+  for (const id of ["compare-old", "compare-new"]) $(id).addEventListener("change", compare);
   $("vehicle-name").addEventListener("change", () => showOne($("vehicle-name").value));
   for (const id of ["export-format", "wheel-width"]) $(id).addEventListener("change", showExport);
   $("export-save").addEventListener("click", () => saveBlob(new Blob([$("export-text").textContent]), FILES[$("export-format").value]));
@@ -39,7 +43,9 @@ async function showOne(name) {
     say($("vehicle-message"));
     $("vehicle-title").textContent = `${vehicle.name}, version ${vehicle.version}`;
     showParameters(vehicle);
+    showVehicleForm(vehicle);
     showHistory(versions, Object.keys(vehicle.trucks));
+    showComparison(versions);
     await showExport();
   } catch (problem) {
     show($("vehicle-message"), problem);
@@ -65,6 +71,22 @@ function showHistory(versions, trucks) {
       return el(changed ? "b" : "span", {}, mm(sizes[truck]?.[key], key === "wheelbase" ? 2 : 3));
     }));
   }));
+}
+
+function showComparison(versions) {
+  shownVersions = versions;
+  $("compare").hidden = versions.length < 2;
+  for (const [id, index] of [["compare-old", 1], ["compare-new", 0]]) {
+    $(id).replaceChildren(...versions.map(({ version, created }, place) => el("option", { value: version, selected: place === index }, `${version}, ${when(created)}`)));
+  }
+  if (versions.length > 1) compare();
+}
+
+function compare() {
+  const [old, now] = ["compare-old", "compare-new"].map((id) => shownVersions.find(({ version }) => version === Number($(id).value)));
+  const heads = [old, now].map(({ version }) => `Version ${version}`);
+  const origins = [old, now].map(({ version, created, origin }) => `Version ${version}: ${when(created)}, by ${origin}.`);
+  $("comparison").replaceChildren(el("caption", {}, origins.join(" ")), ...differenceTable(sizesOf(old), sizesOf(now), heads));
 }
 
 async function showExport() {

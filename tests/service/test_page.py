@@ -394,6 +394,71 @@ def test_a_service_with_keys_asks_for_one_and_goes_on(browser, tmp_path, picture
         expect(page.locator("#key-dialog")).to_be_hidden()
 
 
+@pytest.mark.parametrize("width", [1440, 390])
+def test_a_vehicle_is_changed_and_its_versions_are_compared(robot_page, width, picture):
+    page = robot_page
+    page.set_viewport_size({"width": width, "height": 1600})
+    page.locator("#tab-vehicle").click()
+    field = page.get_by_label("truck a, wheelbase")
+    expect(field).not_to_have_value("", timeout=SOON)
+    former = float(field.input_value())
+    field.fill("5")
+    expect(field).to_have_accessible_description("Expected 10 to 10000 mm.")
+    field.fill(f"{former + 1:g}")
+    expect(page.locator("#edit-difference")).to_contain_text("+1.000")
+    for scheme in ("dark", "light"):
+        page.emulate_media(color_scheme=scheme)
+        picture(page, f"vehicle-change-{width}-{scheme}")
+    field.press("Enter")
+    expect(page.locator("#edit-message")).to_have_text("Saved as version 2.", timeout=SOON)
+    expect(page.locator("#comparison caption")).to_contain_text("Version 2")
+    expect(page.locator("#comparison tbody tr").first).to_contain_text("+1.000")
+    assert page.evaluate("document.documentElement.scrollWidth") == width
+    page.locator("#comparison").scroll_into_view_if_needed()
+    for scheme in ("dark", "light"):
+        page.emulate_media(color_scheme=scheme)
+        picture(page, f"vehicle-compare-{width}-{scheme}")
+
+
+def test_a_vehicle_that_somebody_else_changed_is_shown_and_its_comments_stay(robot_page):
+    page = robot_page
+    page.locator("#tab-vehicle").click()
+    field = page.get_by_label("truck a, wheelbase")
+    expect(field).not_to_have_value("", timeout=SOON)
+    address = f"{page.url.partition('#')[0]}v1/vehicles/omnimate"
+    text = page.request.get(address).json()["toml"].replace("wheelbase = 0.34", "wheelbase = 0.34  # by hand")
+    headers = {"If-Match": '"1"', "Content-Type": "application/toml"}
+    assert page.request.put(address, data=text, headers=headers).ok
+    field.fill("500")
+    field.press("Enter")
+    expect(page.locator("#edit-message")).to_contain_text("version 2 is shown now", timeout=SOON)
+    expect(page.locator("#vehicle-title")).to_have_text("omnimate, version 2")
+    expect(field).to_have_value("500")
+    field.press("Enter")
+    expect(page.locator("#edit-message")).to_have_text("Saved as version 3.", timeout=SOON)
+    saved = page.request.get(address).json()
+    assert saved["trucks"]["a"]["wheelbase"] == 0.5
+    assert saved["toml"] == text.replace("0.34 ", "0.5 ", 1)
+
+
+def test_a_key_that_only_reads_changes_no_vehicle_and_the_service_says_why(browser, tmp_path):
+    made = subprocess.run(
+        [*COMMAND, "key", "add", "visitor", "--role", "read"],
+        cwd=tmp_path, check=True, capture_output=True, text=True,
+    )  # fmt: skip
+    with serving(tmp_path) as address, opened(browser, address) as page:
+        expect(page.locator("#key-dialog")).to_be_visible(timeout=SOON)
+        page.locator("#key").fill(made.stdout.split()[-1])
+        page.locator("#key-send").click()
+        page.locator("#tab-vehicle").click()
+        field = page.get_by_label("truck a, wheelbase")
+        expect(field).not_to_have_value("", timeout=SOON)
+        field.fill("500")
+        field.press("Enter")
+        expect(page.locator("#edit-message")).to_contain_text("read", timeout=SOON)
+        expect(page.locator("#vehicle-title")).to_have_text("omnimate, version 1")
+
+
 def test_docs_show_every_call_of_the_interface(page, address, picture):
     described = page.request.get(f"{address}/openapi.json").json()
     calls = sum(method in item for item in described["paths"].values() for method in METHODS)
