@@ -30,9 +30,10 @@ if TYPE_CHECKING:
     from omnimate.vehicle.sample import Sample
 
 HEADING, FACTOR, STATES = 2, 3, 6  # numbers of the heading and of the first factor; number of the states
-# [standard deviations] An innovation beyond it counts as much as one there (Huber, 1964): a wild pose moves
-# the estimate a little, and one that stays is followed after some poses.
+# [standard deviations] An innovation beyond it counts as much as one there (Huber, 1964).
 HUBER_LIMIT = 3.0
+# Wild poses in a row after which the robot was moved by somebody: one in a thousand where one in ten is wild.
+MOVED_AFTER = 3
 
 
 class OneTruckSettings:
@@ -56,6 +57,7 @@ class OneTruckRecord:
 
     Attributes:
         started: 1 once both wheels were read.
+        wild: Number of wild poses since the last one that was not.
         counts: Counts of the left and the right wheel when both were last read, shape `(2,)`.
         mean: Pose [m, m, rad]; true over nominal diameter of the left and of the right wheel and wheelbase,
             each minus 1; shape `(6,)`.
@@ -63,6 +65,7 @@ class OneTruckRecord:
     """
 
     started: int
+    wild: int
     counts: Annotated[IntArray, 2]
     mean: Annotated[Array, STATES]
     covariance: Annotated[Array, (STATES, STATES)]
@@ -138,7 +141,7 @@ def update(states: Record, pose: Array, sigma: Array) -> None:
         sigma: Its standard deviations, shape `(3,)`.
     """
     mean, covariance = states[0].mean, states[0].covariance
-    gain = np.empty(STATES)
+    gain, moved, is_wild = np.empty(STATES), states[0].wild >= MOVED_AFTER, False
     for axis in range(3):
         innovation = pose[axis] - mean[axis]
         if math.isnan(innovation) or math.isnan(sigma[axis]):
@@ -146,11 +149,19 @@ def update(states: Record, pose: Array, sigma: Array) -> None:
         if axis == HEADING:
             innovation = wrap_angle(innovation)
         variance = covariance[axis, axis] + sigma[axis] * sigma[axis]
-        variance = max(variance, variance**0.5 * abs(innovation) / HUBER_LIMIT)
+        off = abs(innovation) / math.sqrt(variance)
+        if off > HUBER_LIMIT:
+            is_wild = True
+            if moved:
+                covariance[axis, axis] += innovation * innovation
+                variance += innovation * innovation
+            else:
+                variance *= off / HUBER_LIMIT
         gain[:] = covariance[axis]
         add_outer(covariance, -1.0 / variance, gain)
         for state in range(STATES):
             mean[state] += gain[state] * innovation / variance
+    states[0].wild = states[0].wild + 1 if is_wild else 0
 
 
 @compiled

@@ -115,6 +115,17 @@ def test_a_wild_fix_moves_the_estimate_by_three_of_its_standard_deviations_at_mo
     assert 0.0 < after.pose[0] <= 3.0 * 0.01
 
 
+def test_a_robot_that_was_carried_away_is_followed_after_three_poses():
+    filter_ = OneTruckFilter(ROBOT)
+    state = filter_.start((0.0, 0.0, 0.0), (0.01, 0.01, 0.01))
+    places = []
+    for _ in range(4):
+        state = filter_.fix(state, (5.0, -3.0, 1.0), SIGMA)
+        places.append(state.pose)
+    assert np.abs(places[2]).max() < 0.2
+    assert places[3] == pytest.approx((5.0, -3.0, 1.0), abs=0.01)
+
+
 def test_fixes_teach_diameters_and_wheelbase(wrong):
     fixes, true = measured(wrong), WRONG.trucks["a"]
     filter_ = OneTruckFilter(wrong.vehicle, prior=Prior(wrong=0.2))
