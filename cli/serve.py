@@ -164,9 +164,9 @@ def _opened(database: str) -> ServiceDatabase:
 
 
 def _listen(settings: Settings, *, as_json: bool) -> None:
-    from omnimate.service.processes import begin_loading
+    from omnimate.service.processes import process_context
 
-    begin_loading()
+    process_context()  # loads the libraries of other processes while this one loads its own
     import uvicorn
 
     from omnimate.service.access import keys as keys_of

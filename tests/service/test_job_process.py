@@ -115,3 +115,23 @@ def test_a_job_gives_way_to_the_service():
     with running("diagnosis", niceness) as process:
         outcome = process.outcome(lambda _message: True)
     assert outcome == {"niceness": min(os.nice(0) + NICENESS, 19)}
+
+
+NO_SOCKET = """
+from omnimate.service.jobs.process import running
+from tests.service.test_job_process import niceness
+if __name__ == "__main__":
+    with running("diagnosis", niceness) as process:
+        print(process.outcome(lambda _message: True))
+"""
+
+
+def test_a_job_runs_where_the_temporary_folder_is_too_deep_for_a_socket(tmp_path):
+    deep = tmp_path / ("d" * 120)
+    deep.mkdir()
+    (deep / "job.py").write_text(NO_SOCKET)
+    environment = {**os.environ, "TMPDIR": str(deep), "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    ended = subprocess.run(
+        [sys.executable, deep / "job.py"], env=environment, capture_output=True, text=True, check=True
+    )
+    assert "niceness" in ended.stdout
