@@ -38,6 +38,7 @@ STYLE = (
     "TYPE_CHECKING",
     "& None",
     "& float",
+    "& bytes | None",
     "strict=False",
     "@dataclass",
 )  # only tools or guards read these
