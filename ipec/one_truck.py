@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN
-from omnimate.ipec.filter.fixes import MIN_FIX_SIGMA
+from omnimate.ipec.filter.fixes import MIN_FIX_SIGMA, samples_at
 from omnimate.ipec.filter.prior import BASE, CALIBRATED, DIAMETER, FilterNoise, Prior
 from omnimate.vehicle.arcs import SMALL_SLOPE_ANGLE, roll, sinc_of
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, compiled_without_lock, record
@@ -311,7 +311,7 @@ def estimate_one_truck(
     samples, measured = np.zeros(0, np.int64), (np.zeros((0, 3)), np.zeros((0, 3)))
     if fixes is not None:
         of_a = fixes.of("a")
-        samples = np.searchsorted(recording.time, of_a.time, side="right") - 1
+        samples = samples_at(recording, of_a.time)
         measured = of_a.pose, np.maximum(of_a.sigma, MIN_FIX_SIGMA)
     run(
         filter_.settings,

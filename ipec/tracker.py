@@ -15,6 +15,7 @@ from omnimate.ipec.corrector import ORIGIN, Corrector, correct
 from omnimate.ipec.errors import FixError
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.findings import MIN_LOST_TRAVEL, Disturbance, Findings, findings
+from omnimate.ipec.filter.fixes import samples_at
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import CALIBRATED, Prior
 from omnimate.ipec.linkage_check import LINKAGE, FrozenChannel, frozen_channels
@@ -337,5 +338,5 @@ def start_by_fixes(recording: Recording, fixes: Poses) -> tuple[Array, Array]:
         raise FixError(recording.source)
     first = whole[0]
     path = dead_reckon(recording, "a")
-    place = max(int(np.searchsorted(recording.time, of_a.time[first], side="right")) - 1, 0)
+    place = samples_at(recording, of_a.time)[first]
     return compose(of_a.pose[first], between(path[place], path[0])), START_SIGMAS * of_a.sigma[first]

@@ -6,7 +6,6 @@ import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 from omnimate.cli.console import err, note
@@ -110,7 +109,7 @@ def _track_recording(
         recording = load_recording(folder)
         check_frozen(recording)
     fixes, learned = fixes_of(recording) if fixed else None, None
-    start = (np.zeros(3), np.zeros(3)) if fixes is None else start_by_fixes(recording, fixes)
+    start = () if fixes is None else start_by_fixes(recording, fixes)  # else the origin
     with err.status("tracking"):
         if recording.vehicle.linkage is None:
             rows = track_one_truck(recording, every, *start, fixes=fixes, prior=prior)

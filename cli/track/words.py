@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from omnimate.cli.console import err, out
 from omnimate.cli.tables import new_table
 
@@ -29,7 +27,7 @@ def row_in_words(row: Row, first: float) -> str:
 def _poses(row: Row) -> dict[str, Array]:
     """Return the pose of truck a by each method; a single truck has no IPEC."""
     poses = {"plain": row.plain, "IPEC": row.ipec, "filter": row.filtered}
-    return {name: pose for name, pose in poses.items() if np.isfinite(pose).all()}
+    return {name: pose for name, pose in poses.items() if all(map(math.isfinite, pose.tolist()))}
 
 
 def _pose(pose: Array) -> str:

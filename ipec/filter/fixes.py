@@ -12,7 +12,7 @@ from omnimate.ipec.filter.mixture import move_to_mixture
 from omnimate.ipec.filter.poses import fill_pose, fill_pose_jacobian
 from omnimate.ipec.filter.records import HYPOTHESIS_COUNT, STATES, FilterState, OpenFilter
 from omnimate.ipec.filter.step import finish_step
-from omnimate.vehicle.compiled import Array, Record, compiled, layout
+from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, layout
 from omnimate.vehicle.se2 import wrap_angle
 
 if TYPE_CHECKING:
@@ -41,14 +41,18 @@ class Fix:
     gain: Annotated[Array, (HYPOTHESIS_COUNT, 3, 21)]
 
 
+def samples_at(recording: Recording, times: Array) -> IntArray:
+    """Return the number of the last sample at or before each time [s], or of the first sample."""
+    return np.maximum(np.searchsorted(recording.time, times, side="right") - 1, 0)
+
+
 def fix_records(recording: Recording, fixes: Poses | None) -> Record:
     """Return the fixes as `(K,)` records of `Fix` for the compiled loops, in order of time."""
     if fixes is None:
         return np.zeros(0, layout(Fix))
     known = np.flatnonzero(np.isfinite(fixes.pose).any(axis=1))
     records = np.zeros(len(known), layout(Fix))
-    places = np.searchsorted(recording.time, fixes.time[known], side="right") - 1
-    records["sample"] = np.clip(places, 0, len(recording) - 1)
+    records["sample"] = samples_at(recording, fixes.time[known])
     records["truck"] = fixes.body[known] == "b"
     records["pose"] = fixes.pose[known]
     records["sigma"] = np.maximum(fixes.sigma[known], MIN_FIX_SIGMA)

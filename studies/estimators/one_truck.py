@@ -21,6 +21,7 @@ import numpy as np
 
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.paths.least_squares import calibrate_truck
+from omnimate.ipec.filter.fixes import samples_at
 from omnimate.ipec.one_truck import estimate_one_truck
 from omnimate.ipec.tracker import fixes_of, start_by_fixes
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS, path_covariance
@@ -48,21 +49,16 @@ def thinned(recording: Recording, period: float, wild: float, chance: np.random.
     return Poses(fixes.time[chosen], fixes.body[chosen], pose, fixes.sigma[chosen])
 
 
-def samples_of(recording: Recording, times: Array) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Return the number of the last sample at or before each time."""
-    return np.maximum(np.searchsorted(recording.time, times, side="right") - 1, 0)
-
-
 def restarted(recording: Recording, fixes: Poses) -> Array:
     """Return the poses `(N, 3)` of odometry that starts again at each fix."""
-    path, places = dead_reckon(recording), samples_of(recording, fixes.time)
+    path, places = dead_reckon(recording), samples_at(recording, fixes.time)
     last = np.maximum(np.searchsorted(places, np.arange(len(path)), side="right") - 1, 0)
     return np.asarray(compose(fixes.pose[last], between(path[places[last]], path)), np.float64)
 
 
 def textbook(recording: Recording, fixes: Poses) -> Array:
     """Return the poses `(N, 3)` by a Kalman filter of the pose alone (Thrun et al., 2005, chapter 7)."""
-    path, places = dead_reckon(recording), samples_of(recording, fixes.time)
+    path, places = dead_reckon(recording), samples_at(recording, fixes.time)
     left, right, _ = truck_travel(recording, "a")
     wheelbase = recording.vehicle.trucks["a"].wheelbase
     pose, sigma = start_by_fixes(recording, fixes)
@@ -98,10 +94,10 @@ def fitted(recording: Recording, fixes: Poses) -> Recording:
 def measure(recording: Recording, fixes: Poses) -> dict[str, tuple[Array, float]]:
     """Return the error of the position at every pose [m], and NEES where known, of each of `METHODS`."""
     judge = fixes_of(recording)
-    places = samples_of(recording, judge.time)
-    first = start_by_fixes(recording, fixes)[0], fixes.sigma[0]
-    filtered = estimate_one_truck(recording, *start_by_fixes(recording, fixes), fixes=fixes)
-    alone = estimate_one_truck(recording, *first)
+    places = samples_at(recording, judge.time)
+    start, sigma = start_by_fixes(recording, fixes)
+    filtered = estimate_one_truck(recording, start, sigma, fixes=fixes)
+    alone = estimate_one_truck(recording, start, fixes.sigma[0])
     tracks: dict[str, tuple[Array, Array | None]] = {
         "odometry": (restarted(recording, fixes), None),
         "least squares": (restarted(fitted(recording, fixes), fixes), None),
