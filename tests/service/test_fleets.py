@@ -100,6 +100,15 @@ def test_a_batch_is_started_once_however_often_it_is_asked_for(client, hall):
     assert answers[1].headers["Idempotency-Replayed"] == "true"
 
 
+def test_a_batch_is_neither_read_nor_cancelled_through_another_fleet(client, hall):
+    client.post(PATH, json={"name": "other-hall"})
+    own = client.post(f"{hall}/batches", json={"day": "2031-01-02"}).headers["Location"]
+    foreign = own.replace("hall-3", "other-hall")
+    answers = [client.get(foreign), client.post(f"{foreign}/cancel")]
+    assert [answer.status_code for answer in answers] == [404, 404]
+    assert client.get(own).json()["state"] != "cancelled"
+
+
 def test_the_more_urgent_batch_is_claimed_first_and_no_diagnosis_with_them(database):
     with database.writing() as db:
         db.query(JobRow).delete()
