@@ -27,15 +27,24 @@ from omnimate.effects.effect import JOINT, LINK, RARE, TRUCK, WHEEL, Effect, Par
 from omnimate.effects.errors import EffectError
 from omnimate.effects.expression import parse
 from omnimate.effects.variables import Motion, available_variables
+from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
     from omnimate.effects.block import Block
     from omnimate.effects.effect import Stage
     from omnimate.effects.variables import MotionState
+    from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.se2 import Array
 
 STAGE_OF: dict[str, Stage] = {"travel": "travel", "reading": "reading"}  # all others act on the body
 TWIST = {"forward": 0, "creep": 1, "yaw": 2, "turn": 2}  # column of a truck's motion
+WHAT_IT_DOES = {
+    "travel": "travels (1 + f) of what it would",
+    "forward": "goes f further forward per metre",
+    "creep": "creeps to the left by f per metre",
+    "yaw": "yaws by f rad per metre",
+    "turn": "turns by (1 + f) of what it would",
+}
 
 
 def law_quantities(component: str) -> dict[str, str]:
@@ -149,6 +158,16 @@ class Law(Effect):
             period = self.period or None
             value = value + np.interp(variables[self.over], self.knots, self.ordinates, period=period)
         return np.asarray(value)
+
+    def describe(self, vehicle: VehicleParameters) -> str:  # noqa: ARG002
+        """Return what the component does by the law, whose variables are in SI units."""
+        does = WHAT_IT_DOES.get(self.acts_on, f"reads f {self.unit} more")
+        parts = [self.formula] if self.formula != "0" or not self.over else []
+        if self.over:
+            points = zip(self.ordinates, self.knots, strict=True)
+            curve = ", ".join(f"{ordinate:.3g} at {knot:.3g}" for ordinate, knot in points)
+            parts.append(f"a curve over {self.over} ({curve})")
+        return f"{component_in_words(self.component)} {does}, f = {' + '.join(parts)} in SI units"
 
     def _variables(self) -> frozenset[str]:
         return parse(self.formula).variables | ({self.over} if self.over else frozenset())

@@ -224,7 +224,8 @@ def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float, 
         f"what is left depends on {quantity}."
     )
     if laws:
-        says += f" A law was learned of it: {'; '.join(str(law) for law in laws)}."
+        vehicle = posterior.regression.windows[0].signals.recording.vehicle
+        says += f" A law was learned of it: {'; '.join(law.describe(vehicle) for law in laws)}."
     others = tuple(
         Alternative(*key, probability=share) for key, share in rivals.rivals[:_SHOWN] if share >= POSSIBLE
     )

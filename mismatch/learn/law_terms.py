@@ -12,6 +12,7 @@ from omnimate.effects.variables import Motion, available_variables
 from omnimate.mismatch.candidates.terms import Term
 from omnimate.mismatch.candidates.unknown import errors, sizes_of
 from omnimate.mismatch.learn.learn import learn
+from omnimate.mismatch.learn.learned import formula_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,21 +29,23 @@ class LawTerm(Term):
 
     Attributes:
         law: The law; its coefficients are in the probes.
+        summands: Of its formula, each a value and the text that it multiplies.
     """
 
     law: Law = field(default_factory=lambda: Law("a"))
+    summands: tuple[tuple[float, str], ...] = ()
 
     def built(self, coefficients: Array) -> Law:
         """Return the law with these coefficients `(k,)` of its probes."""
-        probes = [probe for probe in self.probes if isinstance(probe, Law)]
         if self.law.over:
+            probes = [probe for probe in self.probes if isinstance(probe, Law)]
             ordinates = sum(
                 (size * np.array(probe.ordinates) for size, probe in zip(coefficients, probes, strict=True)),
                 np.zeros(len(self.law.knots)),
             )
             return replace(self.law, ordinates=tuple(np.clip(ordinates, -1.0, 1.0).tolist()))
-        parts = [f"({size:.6g}) * {probe.formula}" for size, probe in zip(coefficients, probes, strict=True)]
-        return replace(self.law, formula=" + ".join(parts))
+        values = coefficients * np.array([value for value, _ in self.summands])
+        return replace(self.law, formula=formula_of(values, [text for _, text in self.summands]))
 
     def fine(self) -> Term:
         """Return itself: a law is linear."""
@@ -123,6 +126,7 @@ def _terms(law: LearnedLaw, odds: float) -> list[LawTerm]:
     """Return a learned law as terms."""
     terms = []
     for effect in law.effects:
+        summands: tuple[tuple[float, str], ...] = ()
         if effect.over:
             probes = tuple(
                 replace(
@@ -131,9 +135,7 @@ def _terms(law: LearnedLaw, odds: float) -> list[LawTerm]:
                 for at, value in enumerate(effect.ordinates)
             )
         else:
-            probes = tuple(
-                replace(effect, formula=f"{value:.6g}" + ("" if text == "1" else f" * {text}"))
-                for value, text in zip(law.coefficients, law.names, strict=True)
-            )
-        terms.append(LawTerm("law", effect.component, probes, {}, odds, False, 1.0, effect))
+            summands = tuple(zip(law.coefficients.tolist(), law.names, strict=True))
+            probes = tuple(replace(effect, formula=formula_of([value], [text])) for value, text in summands)
+        terms.append(LawTerm("law", effect.component, probes, {}, odds, False, 1.0, effect, summands))
     return terms

@@ -12,7 +12,7 @@ from omnimate.mismatch.learn.candidates import Curve, Term
 from omnimate.mismatch.learn.choice import error
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from omnimate.effects.law import Law
     from omnimate.mismatch.learn.choice import Choice
@@ -67,7 +67,7 @@ class LearnedLaw:
             by = 1.0 / np.concatenate([term.sizes for term in terms])
             values, covariance = by * values, by[:, None] * covariance * by
             names = [text for term in terms for text, _ in term.texts]
-            effects = (replace(null, formula=_sum(values, names)),)
+            effects = (replace(null, formula=formula_of(values, names)),)
             of = [unit for term in terms for _, unit in term.texts]
             units = [null.unit if unit == "1" else f"{null.unit} / ({unit})" for unit in of]
         return cls(effects, tuple(names), tuple(units), values, covariance, gain, noise)
@@ -104,8 +104,8 @@ def _with_curves(null: Law, curves: Sequence[Curve], ordinates: Sequence[Array])
     )
 
 
-def _sum(values: Array, texts: Sequence[str]) -> str:
-    """Return the formula of a sum."""
+def formula_of(values: Iterable[float], texts: Sequence[str]) -> str:
+    """Return the formula of a sum of texts with a value before each."""
     formula = ""
     for value, text in zip(values, texts, strict=True):
         between = (" - " if value < 0.0 else " + ") if formula else ("-" if value < 0.0 else "")

@@ -204,3 +204,30 @@ def test_a_law_of_a_reading_is_in_what_is_read_before_the_first_step():
     plant = Plant(Truth(vehicle, effects=(law("joint_a", "0.05"),)), vehicle)
     encoder = vehicle.encoder("joint_a")
     assert (plant.raw_counts()[4] - encoder.zero) * encoder.scale == pytest.approx(0.05, abs=encoder.scale)
+
+
+@pytest.mark.parametrize(
+    ("told", "says"),
+    [
+        (
+            law("joint_b", "0.004 * speed"),
+            "the encoder of joint b reads f rad more, f = 0.004 * speed in SI units",
+        ),
+        (
+            law("b.left", over="speed", knots=(0.1, 0.5), ordinates=(-0.01, 0.02)),
+            (
+                "the left wheel of truck b travels (1 + f) of what it would, "
+                "f = a curve over speed (-0.01 at 0.1, 0.02 at 0.5) in SI units"
+            ),
+        ),
+    ],
+)
+def test_a_law_is_told_as_a_sentence_of_its_component_formula_and_curve(told, says):
+    assert told.describe(reference_vehicle()) == says
+
+
+@pytest.mark.parametrize("component", Law.components)
+def test_each_quantity_that_a_law_acts_on_is_told_in_words_of_its_own(component):
+    quantities = law_quantities(component)
+    told = {law(component, "0.1", acts_on).describe(reference_vehicle()) for acts_on in quantities}
+    assert len(told) == len(quantities)
