@@ -176,7 +176,7 @@ def _show_fit(fit: Fit) -> None:
     out.print()
     show(new_table(title, ("channel",), ("before", "after"), rows))
     for level in fit.unusual_noise:
-        say(f"noise of {level}")
+        say(f"noise: {level}")
 
 
 def shown(parameter: Parameter) -> str:

@@ -206,13 +206,18 @@ class Fit:
 
     @property
     def unusual_noise(self) -> tuple[str, ...]:
-        """A phrase for each level that differs from its nominal value by more than `USUAL_FACTOR`."""
-        return tuple(
-            f"{name.replace('[', '').replace(']', '').replace(' 1', '')}: {self.noise[name]:.2g}, "
-            f"{self.noise[name] / usual:.2g} times as much as is usual"
-            for name, usual in self.usual_noise.items()
-            if name in self.noise and not 1.0 / USUAL_FACTOR < self.noise[name] / usual < USUAL_FACTOR
-        )
+        """A phrase for each level that differs from its usual value by more than `USUAL_FACTOR`."""
+        phrases = []
+        for name, usual in self.usual_noise.items():
+            ratio = self.noise.get(name, usual) / usual
+            if 1.0 / USUAL_FACTOR < ratio < USUAL_FACTOR:
+                continue
+            what, _, unit = name.removesuffix("]").partition(" [")
+            if unit == "1":
+                phrases.append(f"{what} {ratio:.2g} times the sigma that the poses state")
+            else:
+                phrases.append(f"{what} {self.noise[name]:.2g} {unit}, {ratio:.2g} times the usual")
+        return tuple(phrases)
 
     def unchanged(self) -> Self:
         """Return the fit of the robot as described, with no finding applied."""
