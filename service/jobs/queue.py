@@ -106,26 +106,35 @@ def queue_job(db: Session, **columns: Any) -> JobRow:  # noqa: ANN401  # of `Job
     return row
 
 
-def find_job(db: Session, job_id: str, kind: JobKind = "diagnose", *, for_change: bool = False) -> JobRow:
-    """Return a job of a kind; `for_change` locks its row until the end of the transaction.
+def find_job(
+    db: Session,
+    job_id: str,
+    kind: JobKind = "diagnose",
+    *,
+    fleet: str | None = None,
+    for_change: bool = False,
+) -> JobRow:
+    """Return a job of a kind, and of a fleet where one is given.
+
+    `for_change` locks its row until the end of the transaction.
 
     Raises:
-        NotFoundError: there is no job with this id.
+        NotFoundError: there is no such job with this id.
     """
     row = db.get(JobRow, job_id, with_for_update=for_change)
-    if row is None or row.kind != kind:
+    if row is None or row.kind != kind or fleet not in (None, row.fleet):
         raise NotFoundError(NOUNS[kind], job_id)
     return row
 
 
-def cancel_job(db: Session, job_id: str, kind: JobKind = "diagnose") -> JobRow:
-    """Cancel a job that has not ended; its worker stops when it renews the lease.
+def cancel_job(db: Session, job_id: str, kind: JobKind = "diagnose", *, fleet: str | None = None) -> JobRow:
+    """Cancel a job that has not ended, as `find_job` finds it; its worker stops when it renews the lease.
 
     Raises:
-        NotFoundError: there is no job with this id.
+        NotFoundError: there is no such job with this id.
         StateError: the job has ended already.
     """
-    row = find_job(db, job_id, kind, for_change=True)
+    row = find_job(db, job_id, kind, fleet=fleet, for_change=True)
     if row.state in ENDED_STATES:
         raise StateError(f"{NOUNS[kind]} {job_id} is {row.state} already")
     row.state, row.doing, row.changed = "cancelled", "", time.time()

@@ -11,7 +11,7 @@ from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
 
 from omnimate.service.calls import Answer, Operating, Reading
-from omnimate.service.errors import NotFoundError, StateError
+from omnimate.service.errors import StateError
 from omnimate.service.fleets.batches import add_batch, batch_view
 from omnimate.service.fleets.models import Batch, BatchStart, Fleet, FleetStart, PlainName, Upload
 from omnimate.service.fleets.results import fleet_view
@@ -105,7 +105,8 @@ def list_batches(fleet: FleetName, call: Reading, limit: Limit = 50, after: Id |
 def get_batch(fleet: FleetName, batch_id: BatchId, call: Reading) -> Batch:
     """Return the state and the progress of a batch."""
     with call.components.database.reading() as db:
-        return batch_view(_find_batch(db, fleet, batch_id))
+        find_row(db, FleetRow, fleet)
+        return batch_view(find_job(db, batch_id, "batch", fleet=fleet))
 
 
 @router.post("/{fleet}/batches/{batch_id}/cancel", operation_id="cancelBatch", response_model=Batch)
@@ -113,20 +114,7 @@ def cancel(fleet: FleetName, batch_id: BatchId, call: Operating) -> Response:
     """Cancel a batch that has not ended. The results that it has made stay."""
 
     def act(db: Db) -> Answer:
-        _find_batch(db, fleet, batch_id)
-        return Answer(batch_view(cancel_job(db, batch_id, "batch")))
+        find_row(db, FleetRow, fleet)
+        return Answer(batch_view(cancel_job(db, batch_id, "batch", fleet=fleet)))
 
     return call.change(None, act)
-
-
-def _find_batch(db: Db, fleet: str, batch_id: str) -> JobRow:
-    """Return a batch of a fleet.
-
-    Raises:
-        NotFoundError: there is no such fleet, or it has no such batch.
-    """
-    find_row(db, FleetRow, fleet)
-    row = find_job(db, batch_id, "batch")
-    if row.fleet != fleet:
-        raise NotFoundError("batch", batch_id)
-    return row
