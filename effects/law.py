@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 
 STAGE_OF: dict[str, Stage] = {"travel": "travel", "reading": "reading"}  # all others act on the body
 TWIST = {"forward": 0, "creep": 1, "yaw": 2, "turn": 2}  # column of a truck's motion
-WHAT_IT_DOES = {
+WHAT_IT_DOES = {  # of what a law acts on
+    "reading": "reads f {unit} more",
     "travel": "travels (1 + f) of what it would",
     "forward": "goes f further forward per metre",
     "creep": "creeps to the left by f per metre",
@@ -161,7 +162,7 @@ class Law(Effect):
 
     def describe(self, vehicle: VehicleParameters) -> str:  # noqa: ARG002
         """Return what the component does by the law, whose variables are in SI units."""
-        does = WHAT_IT_DOES.get(self.acts_on, f"reads f {self.unit} more")
+        does = WHAT_IT_DOES[self.acts_on].format(unit=self.unit)
         parts = [self.formula] if self.formula != "0" or not self.over else []
         if self.over:
             points = zip(self.ordinates, self.knots, strict=True)

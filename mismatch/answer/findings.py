@@ -224,7 +224,7 @@ def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float, 
         f"what is left depends on {quantity}."
     )
     if laws:
-        vehicle = posterior.regression.windows[0].signals.recording.vehicle
+        vehicle = found.signals[0].recording.vehicle
         says += f" A law was learned of it: {'; '.join(law.describe(vehicle) for law in laws)}."
     others = tuple(
         Alternative(*key, probability=share) for key, share in rivals.rivals[:_SHOWN] if share >= POSSIBLE

@@ -207,7 +207,7 @@ def test_a_law_of_a_reading_is_in_what_is_read_before_the_first_step():
 
 
 @pytest.mark.parametrize(
-    ("told", "says"),
+    ("effect", "sentence"),
     [
         (
             law("joint_b", "0.004 * speed"),
@@ -222,12 +222,12 @@ def test_a_law_of_a_reading_is_in_what_is_read_before_the_first_step():
         ),
     ],
 )
-def test_a_law_is_told_as_a_sentence_of_its_component_formula_and_curve(told, says):
-    assert told.describe(reference_vehicle()) == says
+def test_a_law_is_described_by_its_component_formula_and_curve(effect, sentence):
+    assert effect.describe(reference_vehicle()) == sentence
 
 
 @pytest.mark.parametrize("component", Law.components)
-def test_each_quantity_that_a_law_acts_on_is_told_in_words_of_its_own(component):
+def test_each_quantity_that_a_law_acts_on_has_a_sentence_of_its_own(component):
     quantities = law_quantities(component)
-    told = {law(component, "0.1", acts_on).describe(reference_vehicle()) for acts_on in quantities}
-    assert len(told) == len(quantities)
+    sentences = {law(component, "0.1", acts_on).describe(reference_vehicle()) for acts_on in quantities}
+    assert len(sentences) == len(quantities)

@@ -3,7 +3,7 @@
 from omnimate.mismatch.diagnosis import USUAL_FACTOR, Change, Fit
 
 
-def test_only_noise_far_from_the_usual_is_told_with_its_unit():
+def test_only_unusual_noise_is_reported_with_its_unit():
     usual = {"waviness [m/sqrt(m)]": 1e-4, "link [m]": 1e-4, "position [1]": 1.0}
     found = {
         "waviness [m/sqrt(m)]": 2.0 * USUAL_FACTOR * 1e-4,
