@@ -1,10 +1,12 @@
 // Calls of the service. A problem detail becomes a Problem, whose message is the detail.
 
+import { t } from "./language.js";
+
 const STORED = "omnimate-key";
 
 export class Problem extends Error {
   constructor(status, body) {
-    super(body.detail || body.title || `The service answered ${status}.`);
+    super(body.detail || body.title || t("The service answered {status}.", { status }));
     this.status = status;
     this.possible = body.possible ?? [];
     this.errors = body.errors ?? [];
@@ -66,7 +68,7 @@ async function send(path, request) {
       return await fetch(path, { cache: "no-store", ...request });
     } catch (error) {
       if (error.name === "AbortError") throw error;
-      if (last) throw new Problem(0, { detail: "The service cannot be reached; is it running, and this device in its network?" });
+      if (last) throw new Problem(0, { detail: t("The service cannot be reached; is it running, and this device in its network?") });
       await new Promise((done) => setTimeout(done, 400));
     }
   }

@@ -1,7 +1,8 @@
 // Return positions as in figure 6 of the UMBmark paper: circles cw, squares ccw, centres of gravity, E_max,syst.
 
 import { svg } from "./dom.js";
-import { deg, mm, number, size } from "./units.js";
+import { t } from "./language.js";
+import { deg, mm, size } from "./units.js";
 
 const BOX = 400;
 const HALF = BOX / 2;
@@ -57,7 +58,7 @@ function axes(edge) {
 
 function point({ number: run, direction }, error, at) {
   const [x, y] = at(error.x, error.y);
-  const title = svg("title", {}, `run ${run}, ${direction}: ${mm(error.x)} mm, ${mm(error.y)} mm${error.theta == null ? "" : `, ${deg(error.theta)}°`}`);
+  const title = svg("title", {}, `${t("run {run}, {direction}", { run, direction })}: ${mm(error.x)} mm, ${mm(error.y)} mm${error.theta == null ? "" : `, ${deg(error.theta)}°`}`);
   return direction === "cw"
     ? svg("circle", { class: "run cw", "data-run": run, cx: x, cy: y, r: 5.5 }, title)
     : svg("rect", { class: "run ccw", "data-run": run, x: x - 5, y: y - 5, width: 10, height: 10 }, title);
@@ -70,8 +71,8 @@ function niceStep(edge) {
 }
 
 function describe(truck, centres, largest) {
-  const words = Object.entries(centres).map(([direction, { x, y, runs }]) => `${number(runs)} runs ${direction} with their centre at ${mm(x)}, ${mm(y)} mm`);
-  return words.length ? `Return errors of truck ${truck}: ${words.join("; ")}; largest distance ${size(largest)}` : `No runs of truck ${truck} yet`;
+  const words = Object.entries(centres).map(([direction, { x, y, runs }]) => t("{runs} runs {direction} with their centre at {x}, {y} mm", { runs, direction, x: mm(x), y: mm(y) }));
+  return words.length ? t("Return errors of truck {truck}: {clusters}; largest distance {largest}", { truck, clusters: words.join("; "), largest: size(largest) }) : t("No runs of truck {truck} yet", { truck });
 }
 
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;

@@ -2,9 +2,13 @@
 
 import { call, get, post } from "./api.js";
 import { $, announce, attempt, el, pages, show } from "./dom.js";
+import { t } from "./language.js";
 import { showReport } from "./report-dialog.js";
 import { on } from "./stream.js";
-import { when } from "./units.js";
+import { attempts, recordingsCount, when } from "./units.js";
+
+export const JOB_STATES = { queued: t("queued"), running: t("running"), done: t("done"), failed: t("failed"), cancelled: t("cancelled") };
+export const VERDICTS = { agreement: t("agreement"), mismatch: t("mismatch"), insufficient: t("insufficient") };
 
 export function setUpDiagnoses() {
   on("job", (job) => {
@@ -28,17 +32,16 @@ export async function listJobs() {
 
 function jobItem(job) {
   const going = job.state === "queued" || job.state === "running";
-  const count = job.recordings.length;
   return el("li", { "data-job": job.id, "data-testid": `job-${job.id}`, "data-state": job.state },
     el("p", {},
-      el("span", { class: `chip ${job.verdict ?? job.state}` }, job.verdict ?? job.state),
-      el("span", { class: "soft" }, ` ${when(job.created)}, ${count} recording${count > 1 ? "s" : ""}${job.attempts > 1 ? `, attempt ${job.attempts}` : ""}`)),
-    going ? el("label", { class: "progress" }, el("progress", { value: job.progress, max: 1 }), ` ${job.doing || job.state}`) : null,
+      el("span", { class: `chip ${job.verdict ?? job.state}` }, VERDICTS[job.verdict] ?? JOB_STATES[job.state]),
+      el("span", { class: "soft" }, ` ${when(job.created)}, ${recordingsCount(job.recordings.length)}${attempts(job)}`)),
+    going ? el("label", { class: "progress" }, el("progress", { value: job.progress, max: 1 }), ` ${job.doing || JOB_STATES[job.state]}`) : null,
     job.says ? el("p", { class: "says" }, job.says) : null,
     job.error ? el("p", { class: "message", "data-kind": "wrong" }, job.error) : null,
     el("div", { class: "buttons" },
-      job.state === "done" ? action("Report", (button) => open(job, button)) : null,
-      going ? action("Cancel", () => post(`/v1/diagnoses/${job.id}/cancel`)) : null));
+      job.state === "done" ? action(t("Report"), (button) => open(job, button)) : null,
+      going ? action(t("Cancel"), () => post(`/v1/diagnoses/${job.id}/cancel`)) : null));
 }
 
 function action(word, work) {

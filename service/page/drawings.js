@@ -1,6 +1,7 @@
 // Explaining drawings: the square in both directions, and the corner with the three distances.
 
 import { svg } from "./dom.js";
+import { t } from "./language.js";
 
 /** The square as it is driven, cw or ccw, beginning at the walls. */
 export function squareDrawing(direction) {
@@ -19,7 +20,7 @@ export function squareDrawing(direction) {
       svg("text", { x: bx + inward[0], y: by + inward[1] + 4, class: "count" }, String(index + 1)),
     ];
   });
-  return svg("svg", { viewBox: "0 0 140 150", class: `square ${direction}`, role: "img", "aria-label": `A square driven ${cw ? "clockwise" : "counter-clockwise"}` },
+  return svg("svg", { viewBox: "0 0 140 150", class: `square ${direction}`, role: "img", "aria-label": cw ? t("A square driven clockwise") : t("A square driven counter-clockwise") },
     svg("path", { class: "wall", d: "M8 6V134" }),
     svg("path", { class: "wall", d: cw ? "M8 6H134" : "M8 134H134" }),
     ...legs.flat(),
@@ -36,13 +37,13 @@ export function cornerDrawing() {
     svg("path", { class: "range", d: `M${x} ${y}L${x2} ${y2}` }),
     svg("text", { x: lx, y: ly, "text-anchor": anchor, class: "label" }, name),
   ];
-  return svg("svg", { viewBox: "0 0 320 150", role: "img", "aria-label": "Right front and right rear are the distances to the long wall, behind is the distance to the short wall" },
+  return svg("svg", { viewBox: "0 0 320 150", role: "img", "aria-label": t("Right front and right rear are the distances to the long wall, behind is the distance to the short wall") },
     svg("path", { class: "wall", d: "M30 6V136H314" }),
     svg("g", {},
       svg("rect", { class: "deck", x: 128, y: 24, width: 92, height: 52, rx: 6 }),
       svg("path", { class: "wheels", d: "M160 20H188M160 80H188" }),
       svg("path", { class: "arrow", d: "M206 42L214 50L206 58" })),
-    range(208, 76, 208, 134, "right front", 215, 112, "start"),
-    range(140, 76, 140, 134, "right rear", 133, 112, "end"),
-    range(128, 50, 32, 50, "behind", 80, 43, "middle"));
+    range(208, 76, 208, 134, t("right front"), 215, 112, "start"),
+    range(140, 76, 140, 134, t("right rear"), 133, 112, "end"),
+    range(128, 50, 32, 50, t("behind"), 80, 43, "middle"));
 }

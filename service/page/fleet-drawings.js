@@ -1,12 +1,14 @@
 // The floor of a fleet with its bad places, and a robot's number day by day.
 
 import { svg } from "./dom.js";
+import { t } from "./language.js";
 import { mm, number } from "./units.js";
 
 const TWO_SIGMA = 2.448; // of an ellipse that holds a place with 95 %: the square root of chi-square's, 2 degrees
 const SHADES = 4; // of cells by how often they were driven over
 const NORMAL = 1.96; // of an interval that holds 95 %
 const DAY = 86400000; // [ms]
+export const NAMES = { "left wheel": t("left wheel"), "right wheel": t("right wheel"), wheelbase: t("wheelbase") };
 const UNITS = { 1: [100, "%"], rad: [180 / Math.PI, "°"] };
 
 /** The floor [m]: where robots drove, and its bad places with the ellipse that holds each with 95 %. */
@@ -21,9 +23,9 @@ export function floorMap({ cell, driven, places }) {
     shades[shade].push(`M${x - cell / 2} ${-y - cell / 2}h${cell}v${cell}h${-cell}z`);
   }
   const step = niceStep(right - left);
-  const words = places.map(({ says }) => says).join("; ") || "no bad place";
+  const words = places.map(({ says }) => says).join("; ") || t("no bad place");
   const letter = (right - left) / 42;
-  return svg("svg", { viewBox: `${left} ${-top} ${right - left} ${top - bottom}`, role: "img", "aria-label": `The floor: ${words}`, "data-testid": "floor-map" },
+  return svg("svg", { viewBox: `${left} ${-top} ${right - left} ${top - bottom}`, role: "img", "aria-label": t("The floor: {places}", { places: words }), "data-testid": "floor-map" },
     shades.map((paths, shade) => svg("path", { class: `driven shade${shade}`, d: paths.join("") })),
     scale(left, bottom, step, letter),
     places.map((place, index) => placeMark(place, letter, index)));
@@ -69,7 +71,7 @@ export function historyPlot({ name, unit, days, value, sigma }, since) {
   const pad = 0.06 * (high - low || 1);
   const { width, height, left, right, top, bottom } = BOX;
   const at = (time, y) => [left + ((time - first + 0.5) / (last - first + 1)) * (width - left - right), top + ((high + pad - y) / (high - low + 2 * pad)) * (height - top - bottom)];
-  const label = `${name} [${word}] of ${days.length} days, last ${number(points.at(-1)[1], 3)} ${word}${since ? `, changed since ${since}` : ""}`;
+  const label = t("{name} [{unit}] of {days} days, last {value} {unit}", { name: NAMES[name] ?? name, unit: word, days: days.length, value: number(points.at(-1)[1], 3) }) + (since ? t(", changed since {day}", { day: since }) : "");
   return svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label, "data-testid": `history-${name.replaceAll(" ", "-")}` },
     ticks(low - pad, high + pad).map((tick) => {
       const [, y] = at(first, tick);

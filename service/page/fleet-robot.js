@@ -1,9 +1,11 @@
 // One robot of a fleet: its state, its numbers day by day, its recordings, and the finding's report.
 
 import { call, get } from "./api.js";
+import { VERDICTS } from "./diagnoses.js";
 import { $, attempt, el, pages, row, say, show } from "./dom.js";
 import { address, sentence, STATES } from "./fleet.js";
-import { historyPlot } from "./fleet-drawings.js";
+import { historyPlot, NAMES } from "./fleet-drawings.js";
+import { t } from "./language.js";
 import { showReport } from "./report-dialog.js";
 import { number } from "./units.js";
 
@@ -21,7 +23,7 @@ export async function openFleetRobot(fleet, robot) {
   scrollTo(0, 0);
   $("fleet-robot-title").textContent = robot;
   $("fleet-back").href = `#fleet/${encodeURIComponent(fleet)}`;
-  $("fleet-back").textContent = `All robots of ${fleet}`;
+  $("fleet-back").textContent = t("All robots of {fleet}", { fleet });
   try {
     const { robot: about, courses } = await get(address(fleet, "robots", robot, "history"));
     say($("fleet-robot-message"));
@@ -29,8 +31,8 @@ export async function openFleetRobot(fleet, robot) {
     $("fleet-robot-state").className = `chip ${about.state}`;
     $("fleet-robot-says").textContent = about.says ? sentence(about.says, robot) : about.kind ?? "";
     const since = about.state === "fine" ? null : about.change;
-    $("fleet-history").replaceChildren(...courses.map((course) => el("figure", {}, historyPlot(course, since?.name === course.name ? since.since : null), el("figcaption", {}, course.name))));
-    if (!courses.length) $("fleet-history").replaceChildren(el("p", { class: "soft" }, "No daily report judges this robot yet."));
+    $("fleet-history").replaceChildren(...courses.map((course) => el("figure", {}, historyPlot(course, since?.name === course.name ? since.since : null), el("figcaption", {}, NAMES[course.name] ?? course.name))));
+    if (!courses.length) $("fleet-history").replaceChildren(el("p", { class: "soft" }, t("No daily report judges this robot yet.")));
     await pages(
       (after) => get(`${address(fleet, "robots", robot, "recordings")}?limit=20${after ? `&after=${encodeURIComponent(after)}` : ""}`),
       $("fleet-recordings"), recordingRow, $("no-fleet-recordings"), $("more-fleet-recordings"),
@@ -42,5 +44,5 @@ export async function openFleetRobot(fleet, robot) {
 
 function recordingRow({ day, recording, way, triage, says, diagnosis, problem }) {
   const word = problem ? "failed" : triage;
-  return row(el("b", {}, day), recording, way === null ? "–" : `${number(way)} m`, word ? el("span", { class: `chip ${word}` }, word) : "–", el("td", { class: "words" }, problem ?? diagnosis ?? says ?? ""));
+  return row(el("b", {}, day), recording, way === null ? "–" : `${number(way)} m`, word ? el("span", { class: `chip ${word}` }, VERDICTS[word] ?? t("failed")) : "–", el("td", { class: "words" }, problem ?? diagnosis ?? says ?? ""));
 }

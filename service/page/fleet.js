@@ -1,12 +1,14 @@
 // A fleet at a glance: which robots are fine, drift, are faulty; the floor's map; batches with their progress.
 
 import { call, get, post } from "./api.js";
+import { JOB_STATES } from "./diagnoses.js";
 import { $, announce, attempt, el, pages, say, show } from "./dom.js";
 import { floorMap } from "./fleet-drawings.js";
+import { t } from "./language.js";
 import { on } from "./stream.js";
-import { when } from "./units.js";
+import { attempts, recordingsCount, when } from "./units.js";
 
-export const STATES = { sick: "faulty", drift: "drift", fine: "fine", unjudged: "not judged" };
+export const STATES = { sick: t("faulty"), drift: t("drift"), fine: t("fine"), unjudged: t("not judged") };
 const MOST = 2000; // robots of a page
 let fleet = null;
 
@@ -48,7 +50,7 @@ export async function openFleet(name) {
     $("fleet-upload-card").hidden = fleet === null;
     say($("fleet-message"));
     if (fleet === null) {
-      $("fleet-title").textContent = "Fleet";
+      $("fleet-title").textContent = t("Fleet");
       return;
     }
     $("fleet-name").value = fleet;
@@ -66,12 +68,12 @@ async function make() {
 
 async function showFleet() {
   const about = await get(address(fleet));
-  $("fleet-title").textContent = `Fleet ${about.name}`;
-  $("fleet-night").textContent = about.night ? `report of ${about.night}` : "no daily report yet";
+  $("fleet-title").textContent = t("Fleet {name}", about);
+  $("fleet-night").textContent = about.night ? t("report of {night}", about) : t("no daily report yet");
   $("fleet-states").replaceChildren(...Object.entries(STATES)
     .filter(([state]) => about.states[state] || state !== "unjudged")
     .map(([state, word]) => el("li", { class: state, "data-testid": `state-${state}` }, el("b", {}, `${about.states[state] ?? 0}`), ` ${word}`)),
-    el("li", { class: "places", "data-testid": "state-places" }, el("b", {}, `${about.places}`), about.places === 1 ? " bad place" : " bad places"));
+    el("li", { class: "places", "data-testid": "state-places" }, el("b", {}, `${about.places}`), " ", about.places === 1 ? t("bad place") : t("bad places")));
   for (const id of ["fleet-robots", "fleet-floor"]) $(id).hidden = about.night === null;
   if (about.night === null) return;
   const [robots, night, floor] = await Promise.all([allRobots(), get(address(fleet, "nights", "latest")), get(address(fleet, "nights", "latest", "floor"))]);
@@ -79,8 +81,8 @@ async function showFleet() {
   const named = robots.filter(({ says }) => says).sort((a, b) => Object.keys(STATES).indexOf(a.state) - Object.keys(STATES).indexOf(b.state));
   $("robot-findings").replaceChildren(...named.map(findingItem), ...night.failed.map(failedItem));
   $("no-findings").hidden = named.length > 0 || night.failed.length > 0;
-  $("no-findings").textContent = night.judged ? "No robot stands out." : "Robots are judged from three days on.";
-  $("fleet-floor-name").replaceChildren(...night.floors.map((each) => el("option", { value: each.floor }, each.floor || "unnamed")));
+  $("no-findings").textContent = night.judged ? t("No robot stands out.") : t("Robots are judged from three days on.");
+  $("fleet-floor-name").replaceChildren(...night.floors.map((each) => el("option", { value: each.floor }, each.floor || t("unnamed"))));
   $("fleet-floor-name").hidden = night.floors.length < 2;
   showFloor(floor);
 }
@@ -118,18 +120,18 @@ function findingItem({ robot, state, says }) {
 }
 
 function failedItem({ robot, recording, problem }) {
-  return el("li", {}, el("p", {}, el("span", { class: "chip failed" }, "no results"), " ", el("a", { href: link(robot) }, robot), `, ${recording}`), el("p", { class: "says" }, problem));
+  return el("li", {}, el("p", {}, el("span", { class: "chip failed" }, t("no results")), " ", el("a", { href: link(robot) }, robot), `, ${recording}`), el("p", { class: "says" }, problem));
 }
 
 async function upload(files) {
   for (const file of files) {
     $("fleet-upload-progress").hidden = false;
-    say($("fleet-upload-message"), `Uploading ${file.name} …`);
+    say($("fleet-upload-message"), t("Uploading {name} …", file));
     try {
       const answer = await call("POST", address(fleet, "recordings"), { body: file, type: "application/zip" });
       const { recordings, robots, days } = await answer.json();
-      const count = (number, word) => `${number} ${word}${number === 1 ? "" : "s"}`;
-      say($("fleet-upload-message"), `${count(recordings, "recording")} of ${count(robots.length, "robot")} stored: ${days.join(", ")}.`, "good");
+      const robotsCount = robots.length === 1 ? t("1 robot") : t("{count} robots", { count: robots.length });
+      say($("fleet-upload-message"), t("{recordings} of {robots} stored: {days}.", { recordings: recordingsCount(recordings), robots: robotsCount, days: days.join(", ") }), "good");
     } catch (problem) {
       say($("fleet-upload-message"), `${file.name}: ${problem.message}`, "wrong");
       return;
@@ -151,17 +153,17 @@ async function showBatch(batch) {
   if (batch.kind !== "batch" || batch.fleet !== fleet) return;
   $("batches").querySelector(`[data-job="${batch.id}"]`)?.replaceWith(batchItem(batch));
   if (batch.state === "done" && !$("fleet").hidden) {
-    announce(`The batch is done: ${batch.done} recordings worked on.`);
+    announce(t("The batch is done: {done} recordings worked on.", batch));
     await showFleet().catch((problem) => show($("fleet-message"), problem));
   }
 }
 
 function batchItem(batch) {
   const going = batch.state === "queued" || batch.state === "running";
-  const results = batch.done === null ? "" : `${batch.done} recordings worked on, ${batch.known} known before`;
+  const results = batch.done === null ? "" : t("{done} recordings worked on, {known} known before", batch);
   return el("li", { "data-job": batch.id, "data-testid": `batch-${batch.id}`, "data-state": batch.state },
-    el("p", {}, el("span", { class: `chip ${batch.state}` }, batch.state), el("span", { class: "soft" }, ` ${when(batch.created)}${batch.day ? `, recordings of ${batch.day}` : ""}${batch.attempts > 1 ? `, attempt ${batch.attempts}` : ""}`)),
-    going ? el("label", { class: "progress" }, el("progress", { value: batch.progress, max: 1 }), ` ${batch.doing || batch.state}`) : null,
+    el("p", {}, el("span", { class: `chip ${batch.state}` }, JOB_STATES[batch.state]), el("span", { class: "soft" }, ` ${when(batch.created)}${batch.day ? t(", recordings of {day}", batch) : ""}${attempts(batch)}`)),
+    going ? el("label", { class: "progress" }, el("progress", { value: batch.progress, max: 1 }), ` ${batch.doing || JOB_STATES[batch.state]}`) : null,
     results ? el("p", { class: "says" }, results) : null,
     batch.note ? el("p", { class: "soft" }, batch.note) : null,
     batch.failures.map(({ robot, day, recording, problem }) => el("p", { class: "message", "data-kind": "wrong" }, `${robot}, ${day}, ${recording}: ${problem}`)),
@@ -170,7 +172,7 @@ function batchItem(batch) {
 }
 
 function cancelButton({ id }) {
-  const button = el("button", { type: "button", class: "quiet small" }, "Cancel");
+  const button = el("button", { type: "button", class: "quiet small" }, t("Cancel"));
   button.addEventListener("click", () => attempt(button, $("batch-message"), () => post(address(fleet, "batches", id, "cancel"))));
   return button;
 }

@@ -3,6 +3,7 @@
 import { $, el, row } from "./dom.js";
 import { deg, mm, number, wrap } from "./units.js";
 import { get } from "./api.js";
+import { t } from "./language.js";
 import { showLearned } from "./learned.js";
 import { ESTIMATES, Plan, best } from "./plan.js";
 import { on } from "./stream.js";
@@ -23,7 +24,7 @@ export function setUpFloor() {
   $("fit").addEventListener("click", () => plan.viewport.release());
   $("clear").addEventListener("click", () => plan.forget());
   $("legend").append(...Object.entries(ESTIMATES).map(([name, { label }]) => legendEntry(name, label)),
-    el("li", {}, el("i", { class: "stroke sigma" }), "2 sigma"));
+    el("li", {}, el("i", { class: "stroke sigma" }), t("2 sigma")));
   on("state", show);
   on("nodes", ({ nodes }) => $("nodes").replaceChildren(...nodes.map(nodeLamp)));
 }
@@ -68,17 +69,17 @@ async function followLearned() {
 
 function showPoses(state) {
   const line = (name, { x, y, theta }, digits) => row(el("th", { scope: "row" }, name), mm(x, digits), mm(y, digits), deg(wrap(theta), 1 + digits));
-  const estimates = Object.entries({ plain: "plain", ipec: "IPEC", filter: "filter" }).filter(([name]) => state[name]);
+  const estimates = Object.entries({ plain: t("plain"), ipec: "IPEC", filter: t("filter") }).filter(([name]) => state[name]);
   $("where").replaceChildren(
     ...estimates.map(([name, word]) => line(el("span", { class: `ofkind ${name}` }, word), state[name], 0)),
-    ...(state.sigma ? [line("± sigma", state.sigma, 1)] : []),
+    ...(state.sigma ? [line(t("± sigma"), state.sigma, 1)] : []),
   );
   const { x, y, theta } = best(state);
   const { plain } = state;
   $("off").textContent = estimates.length > 1
-    ? `Plain odometry is off by ${mm(Math.hypot(plain.x - x, plain.y - y))} mm and ${deg(Math.abs(wrap(plain.theta - theta)), 1)}°.`
+    ? t("Plain odometry is off by {distance} mm and {angle}°.", { distance: mm(Math.hypot(plain.x - x, plain.y - y)), angle: deg(Math.abs(wrap(plain.theta - theta)), 1) })
     : "";
-  $("plan").setAttribute("aria-label", `Floor plan; truck a at x ${mm(x)} mm, y ${mm(y)} mm, heading ${deg(wrap(theta), 0)}°`);
+  $("plan").setAttribute("aria-label", t("Floor plan; truck a at x {x} mm, y {y} mm, heading {heading}°", { x: mm(x), y: mm(y), heading: deg(wrap(theta), 0) }));
 }
 
 /** Ask for the side of a session's square. */
@@ -93,23 +94,23 @@ function showCorrections({ corrections, lost, joints, wheels }) {
   const trucks = wheels?.length === 2 ? ["a"] : ["a", "b"];
   const line = (name, unit, value) => row(el("th", { scope: "row" }, name, " ", el("small", {}, unit)), ...trucks.map(value));
   $("corrections").replaceChildren(
-    el("thead", {}, row(el("th", {}, ""), ...trucks.map((truck) => el("th", { scope: "col" }, `truck ${truck}`)))),
+    el("thead", {}, row(el("th", {}, ""), ...trucks.map((truck) => el("th", { scope: "col" }, t("truck {truck}", { truck }))))),
     el("tbody", {},
-      corrections ? line("heading", "°", (truck) => deg(corrections[truck], 3)) : null,
-      lost ? line("left wheel, lost travel", "mm", (truck) => mm(lost[`${truck}.left`], 1)) : null,
-      lost ? line("right wheel, lost travel", "mm", (truck) => mm(lost[`${truck}.right`], 1)) : null,
-      joints ? line("joint", "°", (truck) => deg(joints[truck], 1)) : null,
-      wheels?.length ? line("left wheel", "mm/s", (truck, index) => mm(wheels[2 * index] * radius(truck, "left"))) : null,
-      wheels?.length ? line("right wheel", "mm/s", (truck, index) => mm(wheels[2 * index + 1] * radius(truck, "right"))) : null));
-  $("link").textContent = joints ? `The link is ${mm(joints.length, 1)} mm long.` : "";
+      corrections ? line(t("heading"), "°", (truck) => deg(corrections[truck], 3)) : null,
+      lost ? line(t("left wheel, lost travel"), "mm", (truck) => mm(lost[`${truck}.left`], 1)) : null,
+      lost ? line(t("right wheel, lost travel"), "mm", (truck) => mm(lost[`${truck}.right`], 1)) : null,
+      joints ? line(t("joint"), "°", (truck) => deg(joints[truck], 1)) : null,
+      wheels?.length ? line(t("left wheel"), "mm/s", (truck, index) => mm(wheels[2 * index] * radius(truck, "left"))) : null,
+      wheels?.length ? line(t("right wheel"), "mm/s", (truck, index) => mm(wheels[2 * index + 1] * radius(truck, "right"))) : null));
+  $("link").textContent = joints ? t("The link is {length} mm long.", { length: mm(joints.length, 1) }) : "";
 }
 
 const radius = (truck, side) => (vehicle?.trucks[truck]?.[`wheel_diameter_${side}`] ?? NaN) / 2;
 
 function nodeLamp(node) {
-  const faults = [["missing", node.missing], ["restarts", node.restarts], ["emergencies", node.emergencies]].filter(([, count]) => count);
+  const faults = [[t("missing"), node.missing], [t("restarts"), node.restarts], [t("emergencies"), node.emergencies]].filter(([, count]) => count);
   return el("li", { class: node.ok ? "ok" : "bad", "data-testid": `node-${node.node}` },
     el("i", { class: "light", "aria-hidden": "true" }),
-    el("span", {}, el("b", {}, node.names.join(", ")), ` node ${node.node}, ${node.state}`),
-    el("small", {}, `${number(node.received)} received`, ...faults.map(([word, count]) => el("em", {}, `, ${number(count)} ${word}`))));
+    el("span", {}, el("b", {}, node.names.join(", ")), " ", t("node {node}, {state}", node)),
+    el("small", {}, t("{count} received", { count: number(node.received) }), ...faults.map(([word, count]) => el("em", {}, `, ${number(count)} ${word}`))));
 }

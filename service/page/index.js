@@ -7,6 +7,7 @@ import { openFleet, setUpFleet } from "./fleet.js";
 import { openFleetRobot, setUpFleetRobot } from "./fleet-robot.js";
 import { setUpFloor, showVehicle } from "./floor.js";
 import { setUpKeyDialog } from "./key-dialog.js";
+import { t } from "./language.js";
 import { openRecordings, setUpRecordings } from "./recordings.js";
 import { closeReport, setUpReportDialog } from "./report-dialog.js";
 import { openSession, setUpSession } from "./session.js";
@@ -16,7 +17,7 @@ import { openVehicle, setUpVehicle } from "./vehicle.js";
 import { openSessionList, setUpSessionList } from "./session-list.js";
 
 const VIEWS = { floor: showRobot, calibrate: openSessionList, recordings: openRecordings, vehicle: openVehicle, fleet: openFleet };
-const MODES = { simulated: "simulated", bus: "on its bus" };
+const MODES = { simulated: t("simulated"), bus: t("on its bus") };
 
 /** Show the view of the address: #floor, #calibrate, #calibrate/ID, #recordings, #vehicle, #fleet, #fleet/NAME or #fleet/NAME/ROBOT. */
 function route() {
@@ -39,7 +40,7 @@ async function showRobot() {
   try {
     const { vehicle } = await get("/v1/robot");
     $("robot-name").textContent = vehicle;
-    document.title = `${vehicle}: calibration`;
+    document.title = t("{vehicle}: calibration", { vehicle });
     showVehicle(await get(`/v1/vehicles/${encodeURIComponent(vehicle)}`));
   } catch {
     // The lamp shows that the service cannot be reached; the key dialog asks for a missing key.
@@ -47,7 +48,7 @@ async function showRobot() {
 }
 
 function showLink({ now, wait }) {
-  const words = { connecting: "connecting", live: "live", key: "needs a key", lost: `lost, again in ${wait} s` };
+  const words = { connecting: t("connecting"), live: t("live"), key: t("needs a key"), lost: t("lost, again in {wait} s", { wait }) };
   $("lamp").dataset.now = now;
   $("lamp").textContent = words[now];
   document.body.classList.toggle("stale", now !== "live");
@@ -55,7 +56,7 @@ function showLink({ now, wait }) {
 }
 
 function showState({ mode, driving, problem }) {
-  const words = `${MODES[mode]}${driving ? ", drives" : ""}`;
+  const words = MODES[mode] + (driving ? t(", drives") : "");
   if ($("mode").textContent !== words) {
     $("mode").hidden = false;
     $("mode").textContent = words;

@@ -2,6 +2,7 @@
 
 import { call } from "./api.js";
 import { attempt, el, row, say } from "./dom.js";
+import { t } from "./language.js";
 import { deg, number } from "./units.js";
 
 const UNITS = { m: ["mm", (value) => number(1000 * value, 3)], s: ["ms", (value) => number(1000 * value, 2)], rad: ["°", (value) => deg(value, 3)] };
@@ -12,7 +13,7 @@ export function showLearned(holder, message, learned, path, changed) {
   holder.replaceChildren(
     ...learned.advice.filter(({ severity }) => severity !== "note").map(said),
     el("div", { class: "scroll" }, el("table", { class: "numbers methods" },
-      el("thead", {}, row(...["beside the file", "change", "±"].map((word) => el("th", { scope: "col" }, word)))),
+      el("thead", {}, row(...[t("beside the file"), t("change"), "±"].map((word) => el("th", { scope: "col" }, word)))),
       el("tbody", {}, learned.values.map(line)))),
     details(learned.advice.filter(({ severity }) => severity === "note"), open),
     el("div", { class: "buttons" }, take(message, learned, path, changed)),
@@ -29,17 +30,17 @@ function line({ name, unit, described, value, sigma }) {
 const said = ({ severity, what, do: todo }) => el("p", { class: `advice ${severity}` }, `${what}: ${todo}.`);
 
 function details(notes, open) {
-  const node = el("details", {}, el("summary", {}, "What encoders have not told"), ...notes.map(said));
+  const node = el("details", {}, el("summary", {}, t("What encoders have not told")), ...notes.map(said));
   node.open = open;
   return node;
 }
 
 function take(message, { vehicle, vehicle_version: version }, path, changed) {
-  const button = el("button", { type: "button", class: "quiet" }, version === null ? `${vehicle} is not known here` : `Take over as version ${version + 1}`);
+  const button = el("button", { type: "button", class: "quiet" }, version === null ? t("{vehicle} is not known here", { vehicle }) : t("Take over as version {version}", { version: version + 1 }));
   button.disabled = version === null;
   button.addEventListener("click", () => attempt(button, message, async () => {
     const made = await (await call("POST", `${path}/accept`, { headers: { "If-Match": `"${version}"` } })).json();
-    say(message, `${made.name} is now at version ${made.version}.`, "good");
+    say(message, t("{name} is now at version {version}.", made), "good");
     await changed();
   }));
   return button;

@@ -1,5 +1,6 @@
 // Layers of the floor plan: the grid in metres, the square that is driven, and sigma.
 
+import { t } from "./language.js";
 import { number } from "./units.js";
 
 /** Grid lines and their coordinates in metres. */
@@ -33,7 +34,7 @@ export function drawGrid(context, viewport, colours) {
     if (py > 14 && py < viewport.height - 22) context.fillText(number(y, digits), 5, py - 3);
   });
   context.textAlign = "right";
-  context.fillText("x, y in m", viewport.width - 6, viewport.height - 5);
+  context.fillText(t("x, y in m"), viewport.width - 6, viewport.height - 5);
 }
 
 /** The square that is driven. */

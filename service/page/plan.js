@@ -1,15 +1,16 @@
 // The floor plan: its layers, trajectories and the robot, on a canvas.
 
 import { colour } from "./dom.js";
+import { t } from "./language.js";
 import { drawGrid, drawSigma, drawSquare } from "./plan-layers.js";
 import { Trajectory } from "./trajectory.js";
 import { drawRobot, follower } from "./truck.js";
 import { Viewport } from "./viewport.js";
 
 export const ESTIMATES = {
-  plain: { label: "plain odometry", width: 2, dash: [7, 5] },
+  plain: { label: t("plain odometry"), width: 2, dash: [7, 5] },
   ipec: { label: "IPEC", width: 2, dash: [] },
-  filter: { label: "filter", width: 3, dash: [] },
+  filter: { label: t("filter"), width: 3, dash: [] },
 };
 const COLOURS = ["ink", "soft", "line", "paper", "card", "deck", "link", "plain", "ipec", "filter", "sigma"];
 

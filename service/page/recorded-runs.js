@@ -2,6 +2,7 @@
 
 import { get, post } from "./api.js";
 import { $, attempt, el, say, show } from "./dom.js";
+import { t } from "./language.js";
 import { lasting } from "./units.js";
 
 let currentSession;
@@ -22,14 +23,14 @@ export async function showRecordedRuns({ how, possible, samples }) {
   try {
     const { items } = await get("/v1/recordings?limit=200");
     $("recorded-runs-list").replaceChildren(...items.map((recording) => recordingLine(recording, taken.has(recording.id))));
-    if (before || items.length === 0) say($("recorded-runs-message"), items.length ? "" : "There are no recordings yet: upload one under Recordings.");
+    if (before || items.length === 0) say($("recorded-runs-message"), items.length ? "" : t("There are no recordings yet: upload one under Recordings."));
   } catch (problem) {
     show($("recorded-runs-message"), problem);
   }
 }
 
 function recordingLine(recording, taken) {
-  const button = el("button", { type: "button", class: "quiet small", "data-testid": `take-${recording.id}`, disabled: taken, "aria-label": `Take the runs of ${recording.name}` }, taken ? "Taken" : "Take its runs");
+  const button = el("button", { type: "button", class: "quiet small", "data-testid": `take-${recording.id}`, disabled: taken, "aria-label": t("Take the runs of {name}", recording) }, taken ? t("Taken") : t("Take its runs"));
   button.addEventListener("click", () => attempt(button, $("recorded-runs-message"), async () => {
     await post(`/v1/umbmark/sessions/${currentSession().id}/samples`, { recording: recording.id });
     await added();

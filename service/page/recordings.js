@@ -3,8 +3,9 @@
 import { call, get, post, remove, save } from "./api.js";
 import { $, attempt, el, pages, row, say, show } from "./dom.js";
 import { listJobs } from "./diagnoses.js";
+import { t } from "./language.js";
 import { showLearned } from "./learned.js";
-import { bytes, lasting, when } from "./units.js";
+import { bytes, lasting, recordingsCount, when } from "./units.js";
 
 const chosen = new Set();
 
@@ -34,11 +35,11 @@ export async function openRecordings() {
 async function upload(files) {
   for (const file of files) {
     $("upload-progress").hidden = false;
-    say($("upload-message"), `Uploading ${file.name} …`);
+    say($("upload-message"), t("Uploading {name} …", file));
     try {
       const name = encodeURIComponent(file.name.replace(/\.zip$/i, ""));
       await call("POST", `/v1/recordings?name=${name}`, { body: file, type: "application/zip" });
-      say($("upload-message"), `${file.name} is stored.`, "good");
+      say($("upload-message"), t("{name} is stored.", file), "good");
     } catch (problem) {
       say($("upload-message"), `${file.name}: ${problem.message}`, "wrong");
       return;
@@ -63,7 +64,7 @@ async function listRecordings() {
 
 function recordingRow(recording) {
   const { id, name } = recording;
-  const box = el("input", { type: "checkbox", "aria-label": `Choose ${name}`, "data-testid": `choose-${id}` });
+  const box = el("input", { type: "checkbox", "aria-label": t("Choose {name}", { name }), "data-testid": `choose-${id}` });
   box.checked = chosen.has(id);
   box.addEventListener("change", () => {
     if (box.checked) chosen.add(id);
@@ -71,11 +72,11 @@ function recordingRow(recording) {
     showChosen();
   });
   return row(
-    box, el("b", {}, name), recording.vehicle, lasting(recording.seconds), counted(recording.laps, "laps"), counted(recording.poses, "fixes"),
+    box, el("b", {}, name), recording.vehicle, lasting(recording.seconds), counted(recording.laps, t("laps")), counted(recording.poses, t("fixes")),
     bytes(recording.size), when(recording.created),
     el("span", { class: "buttons" },
-      action("Learned", name, () => showRecordingLearned(id, name)),
-      action("Download", name, () => save(`/v1/recordings/${id}/download`, `${name}.zip`)),
+      action(t("Learned"), name, () => showRecordingLearned(id, name)),
+      action(t("Download"), name, () => save(`/v1/recordings/${id}/download`, `${name}.zip`)),
       erase(id, name)),
   );
 }
@@ -85,7 +86,7 @@ async function showRecordingLearned(id, name) {
   const path = `/v1/recordings/${id}/learned`;
   const refresh = async () => showLearned($("learned-recording"), $("recording-learned-message"), await get(path), path, refresh);
   await refresh();
-  $("recording-learned-title").textContent = `Learned in ${name}`;
+  $("recording-learned-title").textContent = t("Learned in {name}", { name });
   $("recording-learned").hidden = false;
 }
 
@@ -99,11 +100,11 @@ function action(word, name, work) {
 
 /** Deleting wants a second click. */
 function erase(id, name) {
-  const button = el("button", { type: "button", class: "quiet small", "aria-label": `Delete ${name}`, "data-testid": `delete-${id}` }, "Delete");
-  button.addEventListener("blur", () => (button.textContent = "Delete"));
+  const button = el("button", { type: "button", class: "quiet small", "aria-label": t("Delete {name}", { name }), "data-testid": `delete-${id}` }, t("Delete"));
+  button.addEventListener("blur", () => (button.textContent = t("Delete")));
   button.addEventListener("click", () => {
-    if (button.textContent === "Delete") {
-      button.textContent = "Really?";
+    if (button.textContent === t("Delete")) {
+      button.textContent = t("Really?");
       return;
     }
     attempt(button, $("recordings-message"), async () => {
@@ -118,5 +119,5 @@ function erase(id, name) {
 function showChosen() {
   const count = chosen.size;
   $("diagnose").disabled = count === 0;
-  $("diagnose").textContent = count ? `Diagnose ${count} recording${count > 1 ? "s" : ""}` : "Diagnose";
+  $("diagnose").textContent = count ? t("Diagnose {recordings}", { recordings: recordingsCount(count) }) : t("Diagnose");
 }

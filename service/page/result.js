@@ -3,12 +3,14 @@
 import { call } from "./api.js";
 import { $, attempt, el, row } from "./dom.js";
 import { drawing } from "./embedded-documents.js";
+import { t } from "./language.js";
 import { number, size } from "./units.js";
 
 const METHODS = {
-  "printed-x": "printed, from x", "printed-y": "printed, from y", printed: "printed, x and y", "printed-true-b": "printed, true b",
-  heading: "headings alone", exact: "exact chain", weighted: "exact, weighted",
+  "printed-x": t("printed, from x"), "printed-y": t("printed, from y"), printed: t("printed, x and y"), "printed-true-b": t("printed, true b"),
+  heading: t("headings alone"), exact: t("exact chain"), weighted: t("exact, weighted"),
 };
+const SEVERITIES = { note: t("Note"), warning: t("Warning"), error: t("Error") };
 let shown = ""; // session and revision
 let session = null;
 
@@ -42,8 +44,8 @@ async function showPlot() {
     const answer = await call("GET", `/v1/umbmark/sessions/${session.id}/plot.svg?theme=${getComputedStyle(document.documentElement).getPropertyValue("--theme").trim()}`);
     const picture = drawing(await answer.text());
     picture.setAttribute("role", "img");
-    picture.setAttribute("aria-label", "Return errors before and after calibration");
-    holder.replaceChildren(picture, el("figcaption", {}, "Return errors before and, as calculated, after calibration"));
+    picture.setAttribute("aria-label", t("Return errors before and after calibration"));
+    holder.replaceChildren(picture, el("figcaption", {}, t("Return errors before and, as calculated, after calibration")));
   } catch (problem) {
     holder.replaceChildren(el("p", { class: "message", "data-kind": "wrong" }, problem.message));
   }
@@ -52,18 +54,18 @@ document.addEventListener("theme", () => session && showPlot());
 
 function truckCard(truck, { errors, methods, advice, second_pass: pass, nominal, calibrated }, chosen) {
   const better = errors.after > 0 ? errors.e_max_syst / errors.after : Infinity;
-  return el("section", { class: "card", "data-testid": `result-${truck}`, "aria-label": `Result of truck ${truck}` },
-    el("h2", {}, `Truck ${truck}`),
+  return el("section", { class: "card", "data-testid": `result-${truck}`, "aria-label": t("Result of truck {truck}", { truck }) },
+    el("h2", {}, t("Truck {truck}", { truck })),
     el("div", { class: "headline" },
-      figure("Largest systematic error", `${size(errors.e_max_syst)} → ${size(errors.after)}`, Number.isFinite(better) ? `${number(better, better < 10 ? 1 : 0)} times better` : ""),
-      figure("Wheelbase", `${fine(calibrated.wheelbase)} mm`, change(nominal.wheelbase, calibrated.wheelbase)),
-      figure("Left wheel", `${fine(calibrated.wheel_diameter_left, 3)} mm`, change(nominal.wheel_diameter_left, calibrated.wheel_diameter_left, 3)),
-      figure("Right wheel", `${fine(calibrated.wheel_diameter_right, 3)} mm`, change(nominal.wheel_diameter_right, calibrated.wheel_diameter_right, 3))),
-    ...advice.map(({ severity, what, do: todo }) => el("p", { class: `advice ${severity}` }, el("b", {}, `${severity[0].toUpperCase()}${severity.slice(1)}: `), `${what}: ${todo}`)),
+      figure(t("Largest systematic error"), `${size(errors.e_max_syst)} → ${size(errors.after)}`, Number.isFinite(better) ? t("{factor} times better", { factor: number(better, better < 10 ? 1 : 0) }) : ""),
+      figure(t("Wheelbase"), `${fine(calibrated.wheelbase)} mm`, change(nominal.wheelbase, calibrated.wheelbase)),
+      figure(t("Left wheel"), `${fine(calibrated.wheel_diameter_left, 3)} mm`, change(nominal.wheel_diameter_left, calibrated.wheel_diameter_left, 3)),
+      figure(t("Right wheel"), `${fine(calibrated.wheel_diameter_right, 3)} mm`, change(nominal.wheel_diameter_right, calibrated.wheel_diameter_right, 3))),
+    ...advice.map(({ severity, what, do: todo }) => el("p", { class: `advice ${severity}` }, el("b", {}, `${SEVERITIES[severity]}: `), `${what}: ${todo}`)),
     el("p", { class: "soft" }, `${pass}.`),
     el("div", { class: "scroll" }, el("table", { class: "numbers methods" },
-      el("caption", {}, "All methods, with 95 % confidence"),
-      el("thead", {}, row(...["method", factor("b"), factor("d"), "wheelbase mm", "left mm", "right mm", "c left", "c right", "error after mm"].map((word) => el("th", { scope: "col" }, word)))),
+      el("caption", {}, t("All methods, with 95 % confidence")),
+      el("thead", {}, row(...[t("method"), factor("b"), factor("d"), t("wheelbase mm"), t("left mm"), t("right mm"), t("c left"), t("c right"), t("error after mm")].map((word) => el("th", { scope: "col" }, word)))),
       el("tbody", {}, methods.map((calibration) => methodRow(calibration, calibration.method === chosen))))));
 }
 
@@ -73,7 +75,7 @@ function figure(label, value, under) {
 
 function methodRow(calibration, chosen) {
   const line = row(
-    el("th", { scope: "row" }, METHODS[calibration.method] ?? calibration.method, chosen ? el("span", { class: "chip solved" }, "used") : null),
+    el("th", { scope: "row" }, METHODS[calibration.method] ?? calibration.method, chosen ? el("span", { class: "chip solved" }, t("used")) : null),
     limits(calibration.e_b, 1, 5), limits(calibration.e_d, 1, 5),
     limits(calibration.wheelbase, 1000, 2), limits(calibration.diameter_left, 1000, 3), limits(calibration.diameter_right, 1000, 3),
     number(calibration.c_left, 5), number(calibration.c_right, 5), number(1000 * calibration.after, 1),
@@ -84,17 +86,17 @@ function methodRow(calibration, chosen) {
 
 function limits({ value, low, high }, factor, digits) {
   const text = number(factor * value, digits);
-  return low == null ? text : el("span", {}, text, el("small", {}, `${number(factor * low, digits)} to ${number(factor * high, digits)}`));
+  return low == null ? text : el("span", {}, text, el("small", {}, t("{low} to {high}", { low: number(factor * low, digits), high: number(factor * high, digits) })));
 }
 
 const factor = (letter) => el("span", {}, "E", el("sub", {}, letter));
 const fine = (length, digits = 2) => number(1000 * length, digits);
-const change = (before, after, digits = 2) => `was ${fine(before, digits)}, ${after >= before ? "+" : ""}${fine(after - before, digits)}`;
+const change = (before, after, digits = 2) => t("was {before}, {change}", { before: fine(before, digits), change: number(1000 * (after - before), digits, "exceptZero") });
 
 function acceptCard({ usable, vehicle }, tag, changed) {
   const message = el("p", { class: "message", id: "accept-message", role: "alert" });
   const force = el("input", { type: "checkbox", id: "force" });
-  const button = el("button", { type: "button", class: "primary", id: "accept" }, "Accept");
+  const button = el("button", { type: "button", class: "primary", id: "accept" }, t("Accept"));
   button.addEventListener("click", () => attempt(button, message, async () => {
     try {
       await call("POST", `/v1/umbmark/sessions/${session.id}/accept`, { body: force.checked ? { force: true } : {}, headers: { "If-Match": tag } });
@@ -103,8 +105,8 @@ function acceptCard({ usable, vehicle }, tag, changed) {
     }
     await changed();
   }));
-  return el("section", { class: "card accept", "aria-label": "Accept" },
-    el("p", {}, el("b", {}, `Accept these parameters for ${vehicle}?`), " They become its newest version; the former versions stay."),
-    usable ? null : el("label", { class: "check" }, force, "although a check reports an error (see advice)"),
+  return el("section", { class: "card accept", "aria-label": t("Accept") },
+    el("p", {}, el("b", {}, t("Accept these parameters for {vehicle}?", { vehicle })), " ", t("They become its newest version; the former versions stay.")),
+    usable ? null : el("label", { class: "check" }, force, t("although a check reports an error (see advice)")),
     el("div", { class: "buttons" }, button), message);
 }

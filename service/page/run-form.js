@@ -3,18 +3,19 @@
 import { post } from "./api.js";
 import { $, announce, attempt, el, say } from "./dom.js";
 import { cornerDrawing } from "./drawings.js";
+import { t } from "./language.js";
 import { metres, radians, read } from "./units.js";
 
-const COORDINATES = { x: ["x", "mm"], y: ["y", "mm"], theta: ["heading", "°"] };
-const WALLS = { right_front: ["right front", "mm"], right_rear: ["right rear", "mm"], behind: ["behind", "mm"] };
+const COORDINATES = { x: ["x", "mm"], y: ["y", "mm"], theta: [t("heading"), "°"] };
+const WALLS = { right_front: [t("right front"), "mm"], right_rear: [t("right rear"), "mm"], behind: [t("behind"), "mm"] };
 const GEOMETRY = { // [label, usual value in mm]
-  baseline: ["between the two sensors on the right", 405],
-  side: ["these, beside the middle line", 300],
-  rear: ["the sensor behind, from the axle", 300],
-  wall_x: ["short wall, x", -2500],
-  wall_y: ["long wall, y", -6000],
+  baseline: [t("between the two sensors on the right"), 405],
+  side: [t("these, beside the middle line"), 300],
+  rear: [t("the sensor behind, from the axle"), 300],
+  wall_x: [t("short wall, x"), -2500],
+  wall_y: [t("long wall, y"), -6000],
 };
-const SECTIONS = { before: "Before the run", after: "After the run", calculated: "Where odometry ends", geometry: "Geometry" };
+const SECTIONS = { before: t("Before the run"), after: t("After the run"), calculated: t("Where odometry ends"), geometry: t("Geometry") };
 let currentSession;
 let added;
 let byWalls = null;
@@ -46,7 +47,7 @@ export function showRunForm({ how, state, possible, counts, runs }, vehicle) {
   if (was || $("sample").dataset.next !== turn) $("sample").elements.direction.value = turn;
   $("sample").dataset.next = turn;
   const next = counts.cw + counts.ccw + 1;
-  $("sample-title").textContent = next > 2 * runs ? "One more run" : `Next run: ${next} of ${2 * runs}`;
+  $("sample-title").textContent = next > 2 * runs ? t("One more run") : t("Next run: {next} of {all}", { next, all: 2 * runs });
 }
 
 /** The robot drives cw and ccw in turn. */
@@ -75,16 +76,16 @@ async function add() {
   if (missing) {
     missing.setAttribute("aria-invalid", "true");
     missing.focus();
-    throw new Error(`${missing.dataset.label} is missing.`);
+    throw new Error(t("{label} is missing.", missing.dataset));
   }
   const { direction, truck } = $("sample").elements;
   const run = { direction: direction.value, truck: truck.value, before: fix("before"), after: fix("after") };
   if (!$("calculated").hidden) run.calculated = pose("calculated");
   await post(`/v1/umbmark/sessions/${currentSession().id}/samples`, run);
   for (const field of $("sample").querySelectorAll("#after input, #calculated input")) field.value = "";
-  announce("The run is added.");
+  announce(t("The run is added."));
   await added();
-  say($("sample-message"), "Added.", "good");
+  say($("sample-message"), t("Added."), "good");
   $("after").querySelector("input")?.focus();
 }
 

@@ -3,12 +3,13 @@
 import { get, list, post } from "./api.js";
 import { $, attempt, el, pages, row, say, show } from "./dom.js";
 import { squareDrawing } from "./drawings.js";
+import { t } from "./language.js";
 import { on } from "./stream.js";
 import { number, read, when } from "./units.js";
 
 export const STATES = {
-  collecting: "collecting runs", driving: "driving", measuring: "waits to be measured", interrupted: "interrupted",
-  solved: "solved", accepted: "accepted", aborted: "aborted", failed: "failed", expired: "expired",
+  collecting: t("collecting runs"), driving: t("driving"), measuring: t("waits to be measured"), interrupted: t("interrupted"),
+  solved: t("solved"), accepted: t("accepted"), aborted: t("aborted"), failed: t("failed"), expired: t("expired"),
 };
 
 export function setUpSessionList() {
@@ -23,7 +24,7 @@ export function setUpSessionList() {
 export async function openSessionList() {
   try {
     const items = await list("/v1/vehicles");
-    $("start-vehicle").replaceChildren(...items.map(({ name, version }) => el("option", { value: name }, `${name} (version ${version})`)));
+    $("start-vehicle").replaceChildren(...items.map(({ name, version }) => el("option", { value: name }, t("{name} (version {version})", { name, version }))));
     say($("start-message"));
   } catch (problem) {
     show($("start-message"), problem);
@@ -59,10 +60,10 @@ function sessionRow(session) {
   const going = ["collecting", "driving", "measuring", "interrupted", "solved"].includes(session.state);
   return row(
     when(session.created),
-    `${session.vehicle}, version ${session.vehicle_version}`,
+    t("{name}, version {version}", { name: session.vehicle, version: session.vehicle_version }),
     `${number(session.side, session.side % 1 ? 2 : 0)} m`,
-    `cw ${counts.cw}, ccw ${counts.ccw} of ${runs}`,
+    t("cw {cw}, ccw {ccw} of {runs}", { ...counts, runs }),
     el("span", { class: `chip ${session.state}` }, STATES[session.state]),
-    el("a", { href: `#calibrate/${session.id}`, class: "open", "data-testid": `open-${session.id}` }, going ? "Go on" : "Look", el("span", { class: "unseen" }, ` with the session of ${when(session.created)}`)),
+    el("a", { href: `#calibrate/${session.id}`, class: "open", "data-testid": `open-${session.id}` }, going ? t("Go on") : t("Look"), el("span", { class: "unseen" }, t(": session of {when}", { when: when(session.created) }))),
   );
 }

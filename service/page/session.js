@@ -3,6 +3,7 @@
 import { get, post, remove } from "./api.js";
 import { $, announce, attempt, el, row, say, show } from "./dom.js";
 import { clusterDrawing, reach, sums } from "./clusters.js";
+import { t } from "./language.js";
 import { Plan } from "./plan.js";
 import { clearResult, showResult } from "./result.js";
 import { setUpRunForm, showRunForm } from "./run-form.js";
@@ -74,10 +75,10 @@ function forget() {
 
 async function showSession() {
   const { state, how, possible, side, detail } = now;
-  $("session-title").textContent = `UMBmark of ${now.vehicle}, ${[side, side].map((length) => number(length, length % 1 ? 2 : 0)).join("\u00a0×\u00a0")}\u00a0m`;
+  $("session-title").textContent = t("UMBmark of {vehicle}, {square}", { vehicle: now.vehicle, square: `${[side, side].map((length) => number(length, length % 1 ? 2 : 0)).join("\u00a0×\u00a0")}\u00a0m` });
   $("session-state").textContent = STATES[state];
   $("session-state").className = `chip ${state}`;
-  say($("session-detail"), state === "solved" ? "Look at the result, then accept it, or add runs and solve again." : detail);
+  say($("session-detail"), state === "solved" ? t("Look at the result, then accept it, or add runs and solve again.") : detail);
   const counts = now.counts;
   [...$("steps").children].forEach((item, index) => {
     const step = state === "collecting" && counts.cw && counts.ccw && enough() ? 2 : (STEP[state] ?? 1);
@@ -87,7 +88,7 @@ async function showSession() {
   for (const name of ["solve", "resume", "abort"]) $(name).hidden = !possible.includes(name);
   $("solve").hidden ||= !counts.cw || !counts.ccw;
   $("solve").className = enough() && state !== "solved" ? "primary" : "quiet";
-  $("solve").textContent = state === "solved" ? "Solve again" : "Solve";
+  $("solve").textContent = state === "solved" ? t("Solve again") : t("Solve");
   $("driving").hidden = how !== "drive";
   showLaps();
   showRuns();
@@ -114,7 +115,7 @@ function showLaps() {
     const current = now.state === "driving" && plan.lap === direction;
     const dots = Array.from({ length: Math.max(now.runs, count) }, (_, index) =>
       el("i", { class: `shape ${direction}${index < count ? " full" : ""}${current && index === count ? " current" : ""}` }));
-    return el("p", { "data-testid": `laps-${direction}`, "aria-label": `${direction}: ${count} of ${now.runs} runs` }, el("span", {}, direction), ...dots, el("b", {}, `${count} of ${now.runs}`));
+    return el("p", { "data-testid": `laps-${direction}`, "aria-label": t("{direction}: {count} of {runs} runs", { direction, count, runs: now.runs }) }, el("span", {}, direction), ...dots, el("b", {}, t("{count} of {runs}", { count, runs: now.runs })));
   }));
 }
 
@@ -124,9 +125,9 @@ function showRuns() {
   $("clusters").replaceChildren(...trucks.map((truck) => {
     const { centres, largest } = sums(now.samples, truck);
     const caption = Object.keys(centres).length === 2 ? [": E", el("sub", {}, "max,syst"), ` ${size(largest)}`] : [];
-    return el("figure", {}, clusterDrawing(now.samples, truck, edge), el("figcaption", {}, `truck ${truck}`, caption));
+    return el("figure", {}, clusterDrawing(now.samples, truck, edge), el("figcaption", {}, t("truck {truck}", { truck }), caption));
   }));
-  if (!trucks.length) $("clusters").append(el("p", { class: "soft" }, "Each run appears here as soon as it is measured."));
+  if (!trucks.length) $("clusters").append(el("p", { class: "soft" }, t("Each run appears here as soon as it is measured.")));
   const leave = now.possible.includes("remove");
   $("runs").replaceChildren(...now.samples.flatMap((sample) => trucks.filter((truck) => sample.errors[truck]).map((truck, index) => {
     const { x, y, theta } = sample.errors[truck];
@@ -140,7 +141,7 @@ function showRuns() {
 }
 
 function leaveOut(sample) {
-  const button = el("button", { type: "button", class: "quiet small", "data-testid": `leave-out-${sample.number}`, "aria-label": `Leave run ${sample.number} out` }, "Leave out");
+  const button = el("button", { type: "button", class: "quiet small", "data-testid": `leave-out-${sample.number}`, "aria-label": t("Leave run {number} out", sample) }, t("Leave out"));
   button.addEventListener("click", () => attempt(button, $("runs-message"), async () => {
     await remove(address(now, "samples", sample.number));
     await reload();

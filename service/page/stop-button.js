@@ -2,6 +2,7 @@
 
 import { post } from "./api.js";
 import { $ } from "./dom.js";
+import { t } from "./language.js";
 
 const DOUBLE_PRESS = 1000; // [ms]
 let escapedAt = -Infinity;
@@ -19,13 +20,13 @@ export function setUpStopButton() {
 }
 
 async function stop() {
-  showMessage("Stopping …", "");
+  showMessage(t("Stopping …"), "");
   try {
     await post("/v1/robot/stop");
-    showMessage("Stop sent: the robot stops.", "good");
+    showMessage(t("Stop sent: the robot stops."), "good");
     hide = setTimeout(() => ($("stop-message").hidden = true), 8000);
   } catch (problem) {
-    showMessage(`The robot was NOT stopped from here: ${problem.message} Use the switch on the robot.`, "wrong");
+    showMessage(t("The robot was NOT stopped from here: {problem} Use the switch on the robot.", { problem: problem.message }), "wrong");
   }
 }
 

@@ -1,5 +1,7 @@
 // SI on the wire; millimetres and degrees on the screen.
 
+import { locale, t } from "./language.js";
+
 const UNKNOWN = "–";
 const DEGREE = 180 / Math.PI;
 
@@ -8,10 +10,18 @@ export const deg = (radians, digits = 2) => number(radians == null ? null : DEGR
 export const metres = (millimetres) => Number((millimetres / 1000).toPrecision(12));
 export const radians = (degrees) => degrees / DEGREE;
 
-export function number(value, digits = 0) {
+/** A number in the page's language; `signDisplay` as of Intl.NumberFormat. */
+export function number(value, digits = 0, signDisplay = "negative") {
   if (value == null || !Number.isFinite(value)) return UNKNOWN;
-  const text = value.toFixed(digits);
-  return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
+  return format(digits, signDisplay).format(value).replace("-", "−");
+}
+
+const formats = new Map(); // an Intl.NumberFormat is slow to make
+
+function format(digits, signDisplay) {
+  const key = `${digits} ${signDisplay}`;
+  if (!formats.has(key)) formats.set(key, new Intl.NumberFormat(locale, { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false, signDisplay }));
+  return formats.get(key);
 }
 
 /** Millimetres with as many digits as their size deserves. */
@@ -20,7 +30,7 @@ export function size(length) {
   return `${number(value, Math.abs(value) >= 100 ? 0 : 1)} mm`;
 }
 
-const SHORT = new Intl.DateTimeFormat(undefined, { dateStyle: "medium", timeStyle: "short" });
+const SHORT = new Intl.DateTimeFormat(locale, { dateStyle: "medium", timeStyle: "short" });
 export const when = (seconds) => SHORT.format(new Date(1000 * seconds));
 
 export function lasting(seconds) {
@@ -32,6 +42,11 @@ export function bytes(count) {
   if (count < 1e3) return `${count} B`;
   return count < 1e6 ? `${number(count / 1e3)} kB` : `${number(count / 1e6, 1)} MB`;
 }
+
+export const recordingsCount = (count) => (count === 1 ? t("1 recording") : t("{count} recordings", { count }));
+
+/** How often a job was attempted, where more than once. */
+export const attempts = ({ attempts: count }) => (count > 1 ? t(", attempt {count}", { count }) : "");
 
 /** -pi to pi. */
 export const wrap = (angle) => Math.atan2(Math.sin(angle), Math.cos(angle));

@@ -2,6 +2,7 @@
 
 import { call, get } from "./api.js";
 import { $, announce, attempt, el, say } from "./dom.js";
+import { t } from "./language.js";
 import { metres, read } from "./units.js";
 import { differenceTable, sizesOf } from "./vehicle-sizes.js";
 
@@ -33,7 +34,7 @@ export function showVehicleForm(newest, typed = {}) {
   });
   $("edit-fields").replaceChildren(...fields.map(({ id, label, input, message }) =>
     el("div", {}, el("label", { for: id }, label), el("span", { class: "unit", "data-unit": "mm" }, input), message)));
-  $("edit-send").textContent = `Save as version ${vehicle.version + 1}`;
+  $("edit-send").textContent = t("Save as version {version}", { version: vehicle.version + 1 });
   check();
 }
 
@@ -47,13 +48,13 @@ function check() {
     const good = value != null && low <= value && value <= high;
     if (good) input.removeAttribute("aria-invalid");
     else input.setAttribute("aria-invalid", "true");
-    const sentence = good ? "" : `Expected ${low} to ${high} mm.`;
+    const sentence = good ? "" : t("Expected {low} to {high} mm.", { low, high });
     if (message.textContent !== sentence) say(message, sentence, good ? "" : "wrong");
     return !good;
   });
   const valid = changed().filter((field) => !wrong.includes(field));
   $("edit-difference-part").hidden = !valid.length;
-  $("edit-difference").replaceChildren(...differenceTable(valid, valid.map((field) => ({ ...field, value: metres(read(field.input)) })), ["Old", "New"]));
+  $("edit-difference").replaceChildren(...differenceTable(valid, valid.map((field) => ({ ...field, value: metres(read(field.input)) })), [t("Old"), t("New")]));
   return wrong[0];
 }
 
@@ -64,7 +65,7 @@ async function send(refresh) {
     return;
   }
   const changes = changed();
-  if (!changes.length) throw new Error("Nothing is changed yet.");
+  if (!changes.length) throw new Error(t("Nothing is changed yet."));
   const { name, version, toml } = vehicle;
   const address = `/v1/vehicles/${encodeURIComponent(name)}`;
   const body = changes.reduce((text, { table, key, input }) => withNumber(text, table, key, metres(read(input))), toml);
@@ -76,11 +77,11 @@ async function send(refresh) {
     const newest = await get(address);
     await refresh(name);
     showVehicleForm(newest, typed);
-    throw new Error(`Somebody else changed the vehicle meanwhile: version ${newest.version} is shown now. What you typed is still in the form; look at the difference, then save again.`);
+    throw new Error(t("Somebody else changed the vehicle meanwhile: version {version} is shown now. What you typed is still in the form; look at the difference, then save again.", newest));
   }
   await refresh(name);
-  say($("edit-message"), `Saved as version ${vehicle.version}.`, "good");
-  announce(`Saved as version ${vehicle.version}.`);
+  say($("edit-message"), t("Saved as version {version}.", vehicle), "good");
+  announce(t("Saved as version {version}.", vehicle));
 }
 
 /** The text of a vehicle.toml with another number for a key of a table. Throws where the key is not on a line of its own in `[table]`. */
@@ -94,6 +95,6 @@ function withNumber(text, table, key, value) {
     found += 1;
     return line.replace(assignment, (_, start) => start + (Number.isInteger(value) ? value.toFixed(1) : value));
   });
-  if (found !== 1) throw new Error(`This vehicle.toml has no line "${key} = ..." below [${table}]. Save it under Exports, change it there, and PUT it.`);
+  if (found !== 1) throw new Error(t("This vehicle.toml has no line '{key} = ...' below [{table}]. Save it under Exports, change it there, and PUT it.", { key, table }));
   return lines.join("\n");
 }

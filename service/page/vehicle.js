@@ -2,6 +2,7 @@
 
 import { call, get, list, saveBlob } from "./api.js";
 import { $, attempt, el, row, say, show } from "./dom.js";
+import { t } from "./language.js";
 import { mm, when } from "./units.js";
 import { setUpVehicleForm, showVehicleForm } from "./vehicle-edit.js";
 import { differenceTable, SIZES, sizesOf } from "./vehicle-sizes.js";
@@ -25,7 +26,7 @@ export async function openVehicle() {
     $("vehicle-name").replaceChildren(...items.map(({ name }) => el("option", { value: name }, name)));
     $("vehicle-name").hidden = items.length < 2;
     if (!items.length) {
-      say($("vehicle-message"), "There is no vehicle yet.");
+      say($("vehicle-message"), t("There is no vehicle yet."));
       return;
     }
     if (items.some(({ name }) => name === before)) $("vehicle-name").value = before;
@@ -41,7 +42,7 @@ async function showOne(name) {
   try {
     const [vehicle, versions] = await Promise.all([get(address(name)), list(address(name, "versions"))]);
     say($("vehicle-message"));
-    $("vehicle-title").textContent = `${vehicle.name}, version ${vehicle.version}`;
+    $("vehicle-title").textContent = t("{name}, version {version}", vehicle);
     showParameters(vehicle);
     showVehicleForm(vehicle);
     showHistory(versions, Object.keys(vehicle.trucks));
@@ -55,15 +56,15 @@ async function showOne(name) {
 function showParameters({ trucks, link_length: link }) {
   const names = Object.keys(trucks);
   $("parameters").replaceChildren(
-    el("thead", {}, row(el("th", { scope: "col" }, "mm"), ...names.map((name) => el("th", { scope: "col" }, `truck ${name}`)))),
+    el("thead", {}, row(el("th", { scope: "col" }, "mm"), ...names.map((name) => el("th", { scope: "col" }, t("truck {truck}", { truck: name }))))),
     el("tbody", {}, Object.entries(SIZES).map(([key, label]) => row(el("th", { scope: "row" }, label), ...names.map((name) => mm(trucks[name][key], key === "wheelbase" ? 2 : 3))))),
   );
-  $("vehicle-more").textContent = link ? `The linkage between the trucks' centres is ${mm(link, 1)} mm long.` : "";
+  $("vehicle-more").textContent = link ? t("The linkage between the trucks' centres is {length} mm long.", { length: mm(link, 1) }) : "";
 }
 
 function showHistory(versions, trucks) {
   const columns = trucks.flatMap((truck) => Object.keys(SIZES).map((key) => [truck, key]));
-  $("history-head").replaceChildren(row(...["Version", "Since", "By", ...columns.map(([truck, key]) => `${truck} ${SIZES[key]} mm`)].map((word) => el("th", { scope: "col" }, word))));
+  $("history-head").replaceChildren(row(...[t("Version"), t("Since"), t("By"), ...columns.map(([truck, key]) => `${truck} ${SIZES[key]} mm`)].map((word) => el("th", { scope: "col" }, word))));
   $("history").replaceChildren(...versions.map(({ version, created, origin, trucks: sizes }, index) => {
     const former = versions[index + 1]?.trucks;
     return row(`${version}`, when(created), origin, ...columns.map(([truck, key]) => {
@@ -84,8 +85,8 @@ function showComparison(versions) {
 
 function compare() {
   const [old, now] = ["compare-old", "compare-new"].map((id) => shownVersions.find(({ version }) => version === Number($(id).value)));
-  const heads = [old, now].map(({ version }) => `Version ${version}`);
-  const origins = [old, now].map(({ version, created, origin }) => `Version ${version}: ${when(created)}, by ${origin}.`);
+  const heads = [old, now].map(({ version }) => t("Version {version}", { version }));
+  const origins = [old, now].map(({ version, created, origin }) => t("Version {version}: {when}, by {origin}.", { version, when: when(created), origin }));
   $("comparison").replaceChildren(el("caption", {}, origins.join(" ")), ...differenceTable(sizesOf(old), sizesOf(now), heads));
 }
 
@@ -104,7 +105,7 @@ async function showExport() {
 }
 
 async function copy() {
-  if (!navigator.clipboard) throw new Error("This browser copies only over https or on this computer; mark the text instead.");
+  if (!navigator.clipboard) throw new Error(t("This browser copies only over https or on this computer; mark the text instead."));
   await navigator.clipboard.writeText($("export-text").textContent);
-  say($("export-message"), "Copied.", "good");
+  say($("export-message"), t("Copied."), "good");
 }

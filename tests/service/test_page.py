@@ -72,9 +72,11 @@ def serving(folder):
 
 
 @contextmanager
-def opened(browser, address):
+def opened(browser, address, locale="en-US"):
     """A page of the service; afterwards, nothing on it may have failed or broken its policy."""
-    with browser.new_context(viewport=WIDE, color_scheme="light", reduced_motion="reduce") as context:
+    with browser.new_context(
+        viewport=WIDE, color_scheme="light", reduced_motion="reduce", locale=locale
+    ) as context:
         context.set_default_timeout(SOON)
         page = context.new_page()
         faults = []
@@ -470,11 +472,26 @@ def test_docs_show_every_call_of_the_interface(page, address, picture):
     picture(page, "docs")
 
 
+@pytest.mark.parametrize("locale", ["en-US", "de-DE"])
 @pytest.mark.parametrize("view", ["floor", "calibrate", "recordings", "vehicle", "fleet"])
-def test_no_view_is_wider_than_a_phone(page, view, picture):
-    page.set_viewport_size(PHONE)
-    page.locator(f"#tab-{view}").click()
-    expect(page.locator(f"#{view}")).to_be_visible()
-    assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
-    expect(page.locator("#stop")).to_be_in_viewport(ratio=1)
-    picture(page, f"phone-{view}")
+def test_no_view_is_wider_than_a_phone(browser, address, view, locale, picture):
+    with opened(browser, address, locale) as page:
+        page.set_viewport_size(PHONE)
+        page.locator(f"#tab-{view}").click()
+        expect(page.locator(f"#{view}")).to_be_visible()
+        assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+        for part in ("#stop", "#tab-floor", "#tab-fleet"):
+            expect(page.locator(part)).to_be_in_viewport(ratio=1)
+        picture(page, f"phone-{view}-{locale}")
+
+
+def test_the_page_is_in_the_browsers_language_until_another_one_is_chosen(browser, address):
+    with opened(browser, f"{address}/#vehicle", "de-DE") as page:
+        sizes = page.locator("#parameters")
+        expect(sizes).to_contain_text("Radstand340,00", timeout=SOON)
+        expect(page).to_have_title("omnimate: Kalibrierung", timeout=SOON)
+        page.get_by_role("button", name="English").click()
+        expect(sizes).to_contain_text("wheelbase340.00", timeout=SOON)
+        page.reload()
+        expect(sizes).to_contain_text("wheelbase340.00", timeout=SOON)
+        expect(page.locator("html")).to_have_attribute("lang", "en")
