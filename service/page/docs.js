@@ -31,7 +31,7 @@ function callDetails({ path, method, description, summary, parameters = [], requ
   const problems = answers.filter(([status]) => status >= 400).map(([status, answer]) => `${status} ${answer.description}`);
   return el("details", {},
     el("summary", {}, el("span", { class: `chip ${method}` }, method.toUpperCase()), el("code", {}, ` ${path} `), el("span", { class: "soft" }, description ?? summary)),
-    parameters.length ? el("div", { class: "scroll" }, el("table", {}, el("tbody", {}, parameters.map(parameterRow)))) : null,
+    parameters.length ? el("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": t("Parameters") }, el("table", {}, el("tbody", {}, parameters.map(parameterRow)))) : null,
     requestBody ? [el("h3", {}, t("What is sent")), bodies(requestBody.content)] : null,
     el("h3", {}, t("What is answered")),
     answers.filter(([status]) => status < 400).map(([status, answer]) => answerDetails(status, answer)),

@@ -94,7 +94,7 @@ function showCorrections({ corrections, lost, joints, wheels }) {
   const trucks = wheels?.length === 2 ? ["a"] : ["a", "b"];
   const line = (name, unit, value) => row(el("th", { scope: "row" }, name, " ", el("small", {}, unit)), ...trucks.map(value));
   $("corrections").replaceChildren(
-    el("thead", {}, row(el("th", {}, ""), ...trucks.map((truck) => el("th", { scope: "col" }, t("truck {truck}", { truck }))))),
+    el("thead", {}, row("", ...trucks.map((truck) => el("th", { scope: "col" }, t("truck {truck}", { truck }))))),
     el("tbody", {},
       corrections ? line(t("heading"), "°", (truck) => deg(corrections[truck], 3)) : null,
       lost ? line(t("left wheel, lost travel"), "mm", (truck) => mm(lost[`${truck}.left`], 1)) : null,

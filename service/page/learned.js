@@ -12,7 +12,7 @@ export function showLearned(holder, message, learned, path, changed) {
   const open = holder.querySelector("details")?.open ?? false;
   holder.replaceChildren(
     ...learned.advice.filter(({ severity }) => severity !== "note").map(said),
-    el("div", { class: "scroll" }, el("table", { class: "numbers methods" },
+    el("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": t("Learned") }, el("table", { class: "numbers methods" },
       el("thead", {}, row(...[t("beside the file"), t("change"), "±"].map((word) => el("th", { scope: "col" }, word)))),
       el("tbody", {}, learned.values.map(line)))),
     details(learned.advice.filter(({ severity }) => severity === "note"), open),

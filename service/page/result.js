@@ -63,7 +63,7 @@ function truckCard(truck, { errors, methods, advice, second_pass: pass, nominal,
       figure(t("Right wheel"), `${fine(calibrated.wheel_diameter_right, 3)} mm`, change(nominal.wheel_diameter_right, calibrated.wheel_diameter_right, 3))),
     ...advice.map(({ severity, what, do: todo }) => el("p", { class: `advice ${severity}` }, el("b", {}, `${SEVERITIES[severity]}: `), `${what}: ${todo}`)),
     el("p", { class: "soft" }, `${pass}.`),
-    el("div", { class: "scroll" }, el("table", { class: "numbers methods" },
+    el("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": t("Methods") }, el("table", { class: "numbers methods" },
       el("caption", {}, t("All methods, with 95 % confidence")),
       el("thead", {}, row(...[t("method"), factor("b"), factor("d"), t("wheelbase mm"), t("left mm"), t("right mm"), t("c left"), t("c right"), t("error after mm")].map((word) => el("th", { scope: "col" }, word)))),
       el("tbody", {}, methods.map((calibration) => methodRow(calibration, calibration.method === chosen))))));

@@ -1,5 +1,6 @@
 """The page in a real browser: what a person can do by clicking, with the service and its simulated robot."""
 
+import itertools
 import math
 import os
 import re
@@ -26,6 +27,7 @@ from omnimate.vehicle.sonar import Sonar
 from tests.service.hall_results import FAULTY, report_of_two_floors, write_results
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
 expect = playwright.expect
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -124,7 +126,7 @@ def start(page, how, runs, side=4):
     page.locator("#start-runs").fill(str(runs))
     expect(page.locator("#start-vehicle option")).not_to_have_count(0, timeout=SOON)
     page.locator("#start-send").click()
-    expect(page.locator("#session-title")).to_contain_text("UMBmark of", timeout=SOON)
+    expect(page.locator("#session-title")).to_contain_text("UMBmark", timeout=SOON)
 
 
 def accept(page):
@@ -469,6 +471,8 @@ def test_docs_show_every_call_of_the_interface(page, address, picture):
     page.locator("summary").nth(1).click()
     expect(page.locator("details pre").nth(2)).to_contain_text("side: number", timeout=SOON)
     expect(page.locator("#calls")).not_to_contain_text("[object HTML")
+    page.set_viewport_size(PHONE)
+    assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
     picture(page, "docs")
 
 
@@ -495,3 +499,75 @@ def test_the_page_is_in_the_browsers_language_until_another_one_is_chosen(browse
         page.reload()
         expect(sizes).to_contain_text("wheelbase340.00", timeout=SOON)
         expect(page.locator("html")).to_have_attribute("lang", "en")
+
+
+def violations(page):
+    """Return what axe finds on the page as it is shown now: the rule and the element."""
+    rules = axe.Axe().run(page).response["violations"]
+    return [f"{rule['id']}: {node['html']}" for rule in rules for node in rule["nodes"]]
+
+
+def assert_accessible(page, view):
+    """Fail where axe finds a violation in a view: wide or narrow, light or dark."""
+    for width, scheme in itertools.product((1440, 390), ("light", "dark")):
+        page.set_viewport_size({"width": width, "height": 900})
+        page.emulate_media(color_scheme=scheme)
+        assert violations(page) == [], f"{view}, {width} px, {scheme}"
+    page.set_viewport_size(WIDE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("locale", ["en-US", "de-DE"])
+def test_axe_finds_no_violation_in_any_view(browser, tmp_path, locale):
+    write_results(str(tmp_path / "fleets" / "hall-3" / "results"))
+    robot = reference_vehicle()
+    program = rounded_rectangle(6.0, 3.25, ["ccw"])
+    save_recording(simulate(robot, Truth(robot, seed=3), program), tmp_path / "drive")
+    archive = shutil.make_archive(str(tmp_path / "drive"), "zip", tmp_path / "drive")
+    with serving(tmp_path) as address, opened(browser, address, locale) as page:
+        live(page)
+        expect(page.locator("#learned tbody tr")).to_have_count(11, timeout=LATER)
+        assert_accessible(page, "floor")
+        page.locator("#tab-recordings").click()
+        page.locator("#upload").set_input_files(archive)
+        expect(page.locator("#recording-list input")).to_have_count(1, timeout=SOON)
+        page.locator("#recording-list .buttons button").first.click()
+        expect(page.locator("#recording-learned")).to_be_visible(timeout=LATER)
+        assert_accessible(page, "recordings")
+        page.locator("#tab-vehicle").click()
+        page.locator("#edit-fields input").first.fill("5")
+        page.locator("#edit-fields input").last.fill("999")
+        assert_accessible(page, "vehicle, changed")
+        page.locator("#edit-fields input").first.fill("341")
+        page.locator("#edit-send").click()
+        expect(page.locator("#compare")).to_be_visible(timeout=SOON)
+        assert_accessible(page, "vehicle, compared")
+        page.locator("#tab-fleet").click()
+        page.locator("#fleet-new").fill("hall-3")
+        page.locator("#fleet-start-send").click()
+        page.get_by_test_id(f"dot-{FAULTY}").wait_for(timeout=SOON)
+        assert_accessible(page, "fleet")
+        page.get_by_test_id(f"dot-{FAULTY}").click()
+        expect(page.locator("#fleet-recordings tr")).to_have_count(20, timeout=SOON)
+        assert_accessible(page, "fleet's robot")
+        page.locator("#fleet-robot-report").click()
+        page.frame_locator("#report").locator("h1").wait_for(timeout=LATER)
+        assert_accessible(page, "report")
+        page.locator("#report-close").click()
+        start(page, "manual", runs=1)
+        page.locator("#sample label", has=page.locator("input[value=walls]")).click()
+        assert_accessible(page, "session, three distances")
+        page.locator("#sample label", has=page.locator("input[value=coordinates]")).click()
+        for direction in ("cw", "ccw"):
+            add_run(page, direction, (0.1, -0.02, 0.01))
+            marks = page.get_by_test_id("clusters-a").locator(f".run.{direction}")
+            expect(marks).to_have_count(1, timeout=SOON)
+        page.locator("#solve").click()
+        page.locator("#plot svg").wait_for(timeout=LATER)
+        assert_accessible(page, "session, solved")
+        page.locator("#tab-calibrate").click()
+        expect(page.locator("#sessions tr")).to_have_count(1, timeout=SOON)
+        assert_accessible(page, "calibrate")
+        page.goto(f"{address}/docs")
+        page.locator("summary").nth(1).click()
+        assert_accessible(page, "docs")
