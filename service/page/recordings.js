@@ -72,7 +72,7 @@ function recordingRow(recording) {
     showChosen();
   });
   return row(
-    box, el("b", {}, name), recording.vehicle, lasting(recording.seconds), counted(recording.laps, t("laps")), counted(recording.poses, t("fixes")),
+    box, el("b", {}, name), recording.vehicle, lasting(recording.seconds), counted(recording.laps, t("lap"), t("laps")), counted(recording.poses, t("fix"), t("fixes")),
     bytes(recording.size), when(recording.created),
     el("span", { class: "buttons" },
       action(t("Learned"), name, () => showRecordingLearned(id, name)),
@@ -90,7 +90,7 @@ async function showRecordingLearned(id, name) {
   $("recording-learned").hidden = false;
 }
 
-const counted = (count, word) => el("td", { "data-word": word }, String(count));
+const counted = (count, one, several) => el("td", { "data-word": count === 1 ? one : several }, String(count));
 
 function action(word, name, work) {
   const button = el("button", { type: "button", class: "quiet small", "aria-label": `${word} ${name}` }, word);
