@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fastapi import FastAPI
-from fastapi.openapi.utils import get_openapi
 from fastapi.responses import FileResponse
 from fastapi.staticfiles import StaticFiles
 from starlette.requests import ClientDisconnect
 
 from omnimate.service import problems
 from omnimate.service.limits import Limits
-from omnimate.service.metrics import CallTimer, call_histogram
+from omnimate.service.metrics import CallTimer, call_histogram, operation_id
 from omnimate.service.request_ids import RequestIds
 from omnimate.service.routes import (
     diagnoses,
@@ -34,6 +33,7 @@ from omnimate.service.routes import (
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
 
+    from fastapi import Request
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
     from omnimate.service.components import Components
@@ -64,7 +64,7 @@ def create_app(components: Components) -> FastAPI:
     """Return the application of these components, which it starts and closes."""
     app = FastAPI(
         title="omnimate", version="1", description=DESCRIPTION, lifespan=_lifespan, docs_url=None,
-        redoc_url=None, strict_content_type=True,
+        redoc_url=None, strict_content_type=True, generate_unique_id_function=operation_id,
     )  # fmt: skip
     app.state.components, app.state.call_seconds = components, call_histogram()
     problems.install(app)
@@ -75,8 +75,8 @@ def create_app(components: Components) -> FastAPI:
     for routes in ROUTES:
         app.include_router(routes.router)
     app.mount("/page", StaticFiles(directory=PAGE), name="page")
-    app.get("/", include_in_schema=False)(_page("index.html"))
-    app.get("/docs", include_in_schema=False)(_page("docs.html"))
+    app.add_route("/", _page("index.html"), include_in_schema=False)
+    app.add_route("/docs", _page("docs.html"), include_in_schema=False)
     app.openapi = lambda: _openapi(app)  # type: ignore[method-assign]  # FastAPI's own way to extend it
     return app
 
@@ -91,8 +91,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await asyncio.to_thread(components.close)
 
 
-def _page(name: str) -> Callable[[], Awaitable[FileResponse]]:
-    async def page() -> FileResponse:
+def _page(name: str) -> Callable[[Request], Awaitable[FileResponse]]:
+    async def page(_request: Request) -> FileResponse:
         return FileResponse(PAGE / name)
 
     return page
@@ -100,24 +100,16 @@ def _page(name: str) -> Callable[[], Awaitable[FileResponse]]:
 
 def _openapi(app: FastAPI) -> dict[str, Any]:
     """Return the OpenAPI document, in which the problem detail is described once."""
-    if app.openapi_schema is None:
-        document = get_openapi(
-            title=app.title,
-            version=app.version,
-            description=DESCRIPTION,
-            routes=app.routes,
-            openapi_version="3.1.0",
-        )
-        schemas = document.setdefault("components", {}).setdefault("schemas", {})
-        problem = problems.Problem.model_json_schema(ref_template="#/components/schemas/{model}")
-        schemas |= problem.pop("$defs", {})
-        schemas["Problem"] = problem
-        for unused in ("HTTPValidationError", "ValidationError"):
-            schemas.pop(unused, None)
-        document["components"]["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}
-        document["security"] = [{"key": []}, {}]
-        app.openapi_schema = document
-    return app.openapi_schema
+    if app.openapi_schema is not None:
+        return app.openapi_schema
+    document = FastAPI.openapi(app)
+    schemas = document["components"]["schemas"]
+    problem = problems.Problem.model_json_schema(ref_template="#/components/schemas/{model}")
+    schemas |= problem.pop("$defs")
+    schemas["Problem"] = problem
+    document["components"]["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}
+    document["security"] = [{"key": []}, {}]
+    return document
 
 
 class HeadCalls:

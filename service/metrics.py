@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
+from fastapi.routing import APIRoute
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram
 from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
 from sqlalchemy import func, select
@@ -23,6 +24,12 @@ def call_histogram() -> Histogram:
     """Return the histogram of how often each call was made, how it ended, and how long it took [s]."""
     labels = ["method", "operation", "status"]
     return Histogram("omnimate_call_seconds", "Duration of calls", labels, registry=None, buckets=BUCKETS)
+
+
+def operation_id(route: APIRoute) -> str:
+    """Return the id of a call in the OpenAPI document, which is the name of its function: `getRobot`."""
+    first, *others = route.name.split("_")
+    return first + "".join(other.capitalize() for other in others)
 
 
 class CallTimer:
@@ -47,7 +54,8 @@ class CallTimer:
         try:
             await self.app(scope, receive, send_noting_status)
         finally:
-            operation = getattr(scope.get("route"), "operation_id", None) or "other"
+            route = scope.get("route")
+            operation = operation_id(route) if isinstance(route, APIRoute) else "other"
             labelled = self._seconds.labels(scope["method"], operation, str(status))
             labelled.observe(time.perf_counter() - began)
 

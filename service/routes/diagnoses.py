@@ -25,8 +25,8 @@ REPORT_HEADERS = {
 }
 
 
-@router.post("", operation_id="startDiagnosis", status_code=202, response_model=Job)
-def start(body: DiagnosisStart, call: Operating) -> Response:
+@router.post("", status_code=202, response_model=Job)
+def start_diagnosis(body: DiagnosisStart, call: Operating) -> Response:
     """Start a diagnosis of recordings, which are all of one robot.
 
     It is done at once where this version of the service has diagnosed the same recordings before.
@@ -41,7 +41,7 @@ def start(body: DiagnosisStart, call: Operating) -> Response:
     return response
 
 
-@router.get("", operation_id="listDiagnoses")
+@router.get("")
 def list_diagnoses(call: Reading, limit: Limit = 50, after: After = None) -> Page[Job]:
     """Return the diagnoses, newest first."""
     with call.components.database.reading() as db:
@@ -49,23 +49,23 @@ def list_diagnoses(call: Reading, limit: Limit = 50, after: After = None) -> Pag
         return Page(items=[Job.of(row) for row in rows], next=next_page)
 
 
-@router.get("/{diagnosis_id}", operation_id="getDiagnosis")
+@router.get("/{diagnosis_id}")
 def get_diagnosis(diagnosis_id: DiagnosisId, call: Reading) -> Job:
     """Return the state and the progress of a diagnosis."""
     with call.components.database.reading() as db:
         return Job.of(find_job(db, diagnosis_id))
 
 
-@router.get("/{diagnosis_id}/result", operation_id="getDiagnosisResult", response_model=dict[str, Any])
-def result(diagnosis_id: DiagnosisId, call: Reading) -> Response:
+@router.get("/{diagnosis_id}/result", response_model=dict[str, Any])
+def get_diagnosis_result(diagnosis_id: DiagnosisId, call: Reading) -> Response:
     """Return the diagnosis as JSON, as `omnimate diagnose --json` writes it."""
     with call.components.database.reading() as db:
         row = find_job(db, diagnosis_id)
         return JSONResponse(json.loads(_require_done(row, row.result)))
 
 
-@router.get("/{diagnosis_id}/report", operation_id="getDiagnosisReport", response_class=HTMLResponse)
-def report(diagnosis_id: DiagnosisId, call: Reading) -> Response:
+@router.get("/{diagnosis_id}/report", response_class=HTMLResponse)
+def get_diagnosis_report(diagnosis_id: DiagnosisId, call: Reading) -> Response:
     """Return the report as an HTML page that needs no other file."""
     with call.components.database.reading() as db:
         row = find_job(db, diagnosis_id)
@@ -79,7 +79,7 @@ def _require_done(row: JobRow, content: str | None) -> str:
     return content
 
 
-@router.post("/{diagnosis_id}/cancel", operation_id="cancelDiagnosis", response_model=Job)
-def cancel(diagnosis_id: DiagnosisId, call: Operating) -> Response:
+@router.post("/{diagnosis_id}/cancel", response_model=Job)
+def cancel_diagnosis(diagnosis_id: DiagnosisId, call: Operating) -> Response:
     """Cancel a diagnosis that has not ended."""
     return call.change(None, lambda db: Answer(Job.of(cancel_job(db, diagnosis_id))))

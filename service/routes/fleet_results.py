@@ -47,20 +47,20 @@ RobotName = Annotated[PlainName, PathParameter(description="The name of the robo
 RobotLimit = Annotated[int, Query(ge=1, le=2000, description="The largest number of items of the page.")]
 
 
-@router.get("/{fleet}/nights", operation_id="listNights")
-def list_reports(fleet: FleetName, call: Reading, limit: Limit = 50, after: Day | None = None) -> Page[str]:
+@router.get("/{fleet}/nights")
+def list_nights(fleet: FleetName, call: Reading, limit: Limit = 50, after: Day | None = None) -> Page[str]:
     """Return the dates of the daily reports, newest first."""
     days = [day for day in list_days(_results(call, fleet)) if after is None or day < after]
     return Page(items=days[:limit], next=days[limit - 1] if len(days) > limit else None)
 
 
-@router.get("/{fleet}/nights/{day}", operation_id="getNight")
-def get_daily_report(fleet: FleetName, day: ReportDay, call: Reading) -> FleetNight:
+@router.get("/{fleet}/nights/{day}")
+def get_night(fleet: FleetName, day: ReportDay, call: Reading) -> FleetNight:
     """Return a daily report: faulty robots (`sick`), bad places, and recordings that failed."""
     return report_view(report_of(_results(call, fleet), day))
 
 
-@router.get("/{fleet}/nights/{day}/floor", operation_id="getFloor")
+@router.get("/{fleet}/nights/{day}/floor")
 def get_floor(
     fleet: FleetName,
     day: ReportDay,
@@ -77,7 +77,7 @@ def get_floor(
     return floor_view(results, report_of(results, day), floor)
 
 
-@router.get("/{fleet}/robots", operation_id="listRobots")
+@router.get("/{fleet}/robots")
 def list_robots(
     fleet: FleetName,
     call: Reading,
@@ -95,20 +95,20 @@ def list_robots(
     return Page(items=robots[:limit], next=robots[limit - 1].robot if len(robots) > limit else None)
 
 
-@router.get("/{fleet}/robots/{robot}", operation_id="getFleetRobot")
-def get_robot(fleet: FleetName, robot: RobotName, call: Reading) -> FleetRobot:
+@router.get("/{fleet}/robots/{robot}")
+def get_fleet_robot(fleet: FleetName, robot: RobotName, call: Reading) -> FleetRobot:
     """Return a robot as of the latest report."""
     return robot_view(_results(call, fleet), robot)
 
 
-@router.get("/{fleet}/robots/{robot}/history", operation_id="getHistory")
+@router.get("/{fleet}/robots/{robot}/history")
 def get_history(fleet: FleetName, robot: RobotName, call: Reading) -> FleetHistory:
     """Return a robot's numbers day by day, without the effect of bad places."""
     return history_view(_results(call, fleet), robot)
 
 
-@router.get("/{fleet}/robots/{robot}/recordings", operation_id="listRobotRecordings")
-def list_recordings(
+@router.get("/{fleet}/robots/{robot}/recordings")
+def list_robot_recordings(
     fleet: FleetName,
     robot: RobotName,
     call: Reading,
@@ -122,8 +122,8 @@ def list_recordings(
     return Page(items=items, next=next_page)
 
 
-@router.get("/{fleet}/robots/{robot}/report", operation_id="getRobotReport", response_class=HTMLResponse)
-def get_report(fleet: FleetName, robot: RobotName, call: Reading) -> Response:
+@router.get("/{fleet}/robots/{robot}/report", response_class=HTMLResponse)
+def get_robot_report(fleet: FleetName, robot: RobotName, call: Reading) -> Response:
     """Return the finding's report as an HTML page that needs no other file."""
     from omnimate.service.fleets.report import render
 

@@ -11,11 +11,7 @@ from sqlalchemy.orm import Session as Db
 
 from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.fleets.models import Delivery, Finding, FindingState, Webhook, WebhookStart
-from omnimate.service.fleets.webhooks import (
-    add_webhook,
-    remove_webhook,
-    webhook_view,
-)
+from omnimate.service.fleets.webhooks import add_webhook, remove_webhook, webhook_view
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.routes.fleets import PREFIX, FleetName
 from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow, find_row, read_page
@@ -26,7 +22,7 @@ WebhookId = Annotated[Id, PathParameter(description="The id of the webhook.")]
 MESSAGE = r"^msg_[0-9a-f]{24}$"
 
 
-@router.get("/{fleet}/findings", operation_id="listFindings")
+@router.get("/{fleet}/findings")
 def list_findings(
     fleet: FleetName,
     call: Reading,
@@ -42,8 +38,8 @@ def list_findings(
         return Page(items=[Finding.of(row) for row in rows], next=next_page)
 
 
-@router.post("/{fleet}/webhooks", operation_id="createWebhook", status_code=201, response_model=Webhook)
-def create(fleet: FleetName, body: WebhookStart, call: Operating) -> Response:
+@router.post("/{fleet}/webhooks", status_code=201, response_model=Webhook)
+def create_webhook(fleet: FleetName, body: WebhookStart, call: Operating) -> Response:
     """Have findings sent to an address. The answer holds the secret that signs them, this once."""
 
     def act(db: Db) -> Answer:
@@ -55,7 +51,7 @@ def create(fleet: FleetName, body: WebhookStart, call: Operating) -> Response:
     return call.change(body, act)
 
 
-@router.get("/{fleet}/webhooks", operation_id="listWebhooks")
+@router.get("/{fleet}/webhooks")
 def list_webhooks(fleet: FleetName, call: Reading, limit: Limit = 50, after: After = None) -> Page[Webhook]:
     """Return the webhooks of a fleet, newest first."""
     with call.components.database.reading() as db:
@@ -64,15 +60,15 @@ def list_webhooks(fleet: FleetName, call: Reading, limit: Limit = 50, after: Aft
         return Page(items=[webhook_view(row) for row in rows], next=next_page)
 
 
-@router.get("/{fleet}/webhooks/{webhook_id}", operation_id="getWebhook")
+@router.get("/{fleet}/webhooks/{webhook_id}")
 def get_webhook(fleet: FleetName, webhook_id: WebhookId, call: Reading) -> Webhook:
     """Return a webhook without its secret."""
     with call.components.database.reading() as db:
         return webhook_view(find_row(db, WebhookRow, webhook_id, fleet=fleet))
 
 
-@router.delete("/{fleet}/webhooks/{webhook_id}", operation_id="deleteWebhook", response_model=Done)
-def delete(fleet: FleetName, webhook_id: WebhookId, call: Operating) -> Response:
+@router.delete("/{fleet}/webhooks/{webhook_id}", response_model=Done)
+def delete_webhook(fleet: FleetName, webhook_id: WebhookId, call: Operating) -> Response:
     """Remove a webhook; messages that wait for it are given up."""
 
     def act(db: Db) -> Answer:
@@ -82,7 +78,7 @@ def delete(fleet: FleetName, webhook_id: WebhookId, call: Operating) -> Response
     return call.change(None, act)
 
 
-@router.get("/{fleet}/webhooks/{webhook_id}/deliveries", operation_id="listDeliveries")
+@router.get("/{fleet}/webhooks/{webhook_id}/deliveries")
 def list_deliveries(
     fleet: FleetName,
     webhook_id: WebhookId,

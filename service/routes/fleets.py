@@ -28,8 +28,8 @@ FleetName = Annotated[PlainName, PathParameter(description="The name of the flee
 BatchId = Annotated[Id, PathParameter(description="The id of the batch.")]
 
 
-@router.post("", operation_id="createFleet", status_code=201, response_model=Fleet)
-def create(body: FleetStart, call: Operating) -> Response:
+@router.post("", status_code=201, response_model=Fleet)
+def create_fleet(body: FleetStart, call: Operating) -> Response:
     """Make a fleet: robots that share floors, each of which has one frame of poses."""
     row = FleetRow(id=body.name, created=time.time())
 
@@ -43,7 +43,7 @@ def create(body: FleetStart, call: Operating) -> Response:
     return call.compute_and_change(body, lambda: fleet_view(row, results), act)
 
 
-@router.get("", operation_id="listFleets")
+@router.get("")
 def list_fleets(call: Reading, limit: Limit = 50, after: PlainName | None = None) -> Page[Fleet]:
     """Return the fleets, newest first."""
     with call.components.database.reading() as db:
@@ -52,7 +52,7 @@ def list_fleets(call: Reading, limit: Limit = 50, after: PlainName | None = None
     return Page(items=[fleet_view(row, stores.results_of(row.id)) for row in rows], next=next_page)
 
 
-@router.get("/{fleet}", operation_id="getFleet")
+@router.get("/{fleet}")
 def get_fleet(fleet: FleetName, call: Reading) -> Fleet:
     """Return a fleet, with its robots by their state in the latest report."""
     with call.components.database.reading() as db:
@@ -62,12 +62,11 @@ def get_fleet(fleet: FleetName, call: Reading) -> Fleet:
 
 @router.post(
     "/{fleet}/recordings",
-    operation_id="uploadDay",
     status_code=201,
     response_model=Upload,
     openapi_extra={"requestBody": {"required": True, "content": {"application/zip": BINARY}}},
 )
-def upload(fleet: FleetName, call: Operating, content: Zip) -> Response:
+def upload_day(fleet: FleetName, call: Operating, content: Zip) -> Response:
     """Upload a zip of folders robot=NAME/day=YYYY-MM-DD/RECORDING/. What is there already is replaced."""
 
     def store() -> Upload:
@@ -79,8 +78,8 @@ def upload(fleet: FleetName, call: Operating, content: Zip) -> Response:
     return call.compute_and_change(content, store, lambda _db, stored: Answer(stored, 201))
 
 
-@router.post("/{fleet}/batches", operation_id="startBatch", status_code=202, response_model=Batch)
-def start(fleet: FleetName, body: BatchStart, call: Operating) -> Response:
+@router.post("/{fleet}/batches", status_code=202, response_model=Batch)
+def start_batch(fleet: FleetName, body: BatchStart, call: Operating) -> Response:
     """Start a batch: results of all recordings that are not known yet, and the daily report."""
 
     def act(db: Db) -> Answer:
@@ -92,7 +91,7 @@ def start(fleet: FleetName, body: BatchStart, call: Operating) -> Response:
     return response
 
 
-@router.get("/{fleet}/batches", operation_id="listBatches")
+@router.get("/{fleet}/batches")
 def list_batches(fleet: FleetName, call: Reading, limit: Limit = 50, after: Id | None = None) -> Page[Batch]:
     """Return the batches of a fleet, newest first."""
     with call.components.database.reading() as db:
@@ -101,7 +100,7 @@ def list_batches(fleet: FleetName, call: Reading, limit: Limit = 50, after: Id |
         return Page(items=[batch_view(row) for row in rows], next=next_page)
 
 
-@router.get("/{fleet}/batches/{batch_id}", operation_id="getBatch")
+@router.get("/{fleet}/batches/{batch_id}")
 def get_batch(fleet: FleetName, batch_id: BatchId, call: Reading) -> Batch:
     """Return the state and the progress of a batch."""
     with call.components.database.reading() as db:
@@ -109,8 +108,8 @@ def get_batch(fleet: FleetName, batch_id: BatchId, call: Reading) -> Batch:
         return batch_view(find_job(db, batch_id, "batch", fleet=fleet))
 
 
-@router.post("/{fleet}/batches/{batch_id}/cancel", operation_id="cancelBatch", response_model=Batch)
-def cancel(fleet: FleetName, batch_id: BatchId, call: Operating) -> Response:
+@router.post("/{fleet}/batches/{batch_id}/cancel", response_model=Batch)
+def cancel_batch(fleet: FleetName, batch_id: BatchId, call: Operating) -> Response:
     """Cancel a batch that has not ended. The results that it has made stay."""
 
     def act(db: Db) -> Answer:

@@ -20,14 +20,14 @@ class Health(BaseModel):
     status: str = "ok"
 
 
-@router.get("/healthz", operation_id="getHealth")
-async def health() -> Health:
+@router.get("/healthz")
+async def get_health() -> Health:
     """Return ok as long as the process is alive."""
     return Health()
 
 
-@router.get("/readyz", operation_id="getReadiness", responses=documented(503))
-def readiness(request: Request) -> Health:
+@router.get("/readyz", responses=documented(503))
+def get_readiness(request: Request) -> Health:
     """Return ok if the database answers, the bus is read, and every encoder sends its heartbeat."""
     components: Components = request.app.state.components
     try:
@@ -43,8 +43,8 @@ def readiness(request: Request) -> Health:
     return Health()
 
 
-@router.get("/metrics", operation_id="getMetrics", response_class=Response, include_in_schema=False)
-def metrics(request: Request) -> Response:
+@router.get("/metrics", response_class=Response, include_in_schema=False)
+def get_metrics(request: Request) -> Response:
     """Return metrics for Prometheus."""
     from omnimate.service.metrics import exposition
 

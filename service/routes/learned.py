@@ -80,7 +80,7 @@ def learned_view(db: Db, vehicle: VehicleParameters, slow: SlowParameters, findi
     )
 
 
-def accept_learned(
+def add_learned_version(
     db: Db,
     vehicle: VehicleParameters,
     slow: SlowParameters,
@@ -131,7 +131,7 @@ Uncalibrated = Annotated[
 ]
 
 
-@router.get("/robot/learned", operation_id="getLearned")
+@router.get("/robot/learned")
 def get_learned(call: Reading) -> Learned:
     """Return what the filter has learned of the robot on the bus since its parameters were taken."""
     learned = _learned(call)
@@ -139,19 +139,14 @@ def get_learned(call: Reading) -> Learned:
         return learned_view(db, *learned)
 
 
-@router.post(
-    "/robot/learned/accept",
-    operation_id="acceptLearned",
-    response_model=Vehicle,
-    responses=documented(412, 428),
-)
-def accept(call: Operating, if_match: IfMatch) -> Response:
+@router.post("/robot/learned/accept", response_model=Vehicle, responses=documented(412, 428))
+def accept_learned(call: Operating, if_match: IfMatch) -> Response:
     """Make what was learned of the robot on the bus the newest version of its vehicle."""
     learned = _learned(call)
     expected = expected_version(if_match)
 
     def act(db: Db) -> Answer:
-        row = accept_learned(db, *learned, "learned on the way", expected)
+        row = add_learned_version(db, *learned, "learned on the way", expected)
         return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 
     response = call.change(None, act)
@@ -159,7 +154,7 @@ def accept(call: Operating, if_match: IfMatch) -> Response:
     return response
 
 
-@router.get("/recordings/{recording_id}/learned", operation_id="getLearnedOfRecording")
+@router.get("/recordings/{recording_id}/learned")
 def get_learned_of_recording(
     recording_id: RecordingId, call: Reading, uncalibrated: Uncalibrated = False
 ) -> Learned:
@@ -170,12 +165,9 @@ def get_learned_of_recording(
 
 
 @router.post(
-    "/recordings/{recording_id}/learned/accept",
-    operation_id="acceptLearnedOfRecording",
-    response_model=Vehicle,
-    responses=documented(412, 428),
+    "/recordings/{recording_id}/learned/accept", response_model=Vehicle, responses=documented(412, 428)
 )
-def accept_of_recording(
+def accept_learned_of_recording(
     recording_id: RecordingId, call: Operating, if_match: IfMatch, uncalibrated: Uncalibrated = False
 ) -> Response:
     """Make what the filter has learned by the end of a recording the newest version of its vehicle."""
@@ -185,7 +177,7 @@ def accept_of_recording(
         recording, estimate = learned
         accepted.append(recording.vehicle.name)
         origin = f"learned from recording {recording_id}"
-        row = accept_learned(db, recording.vehicle, estimate.slow, estimate.findings, origin, expected)
+        row = add_learned_version(db, recording.vehicle, estimate.slow, estimate.findings, origin, expected)
         return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 
     response = call.compute_and_change(

@@ -66,12 +66,11 @@ Zip = Annotated[bytes, Depends(zip_of)]
 
 @router.post(
     "",
-    operation_id="uploadRecording",
     status_code=201,
     response_model=Recording,
     openapi_extra={"requestBody": {"required": True, "content": {"application/zip": BINARY}}},
 )
-def upload(
+def upload_recording(
     call: Operating,
     content: Zip,  # after the call: the body of a caller who may not upload is not read
     name: Annotated[Name | None, Query(description="The name of the recording in lists.")] = None,
@@ -86,7 +85,7 @@ def upload(
     return call.compute_and_change(content, lambda: store.add_upload(name or "uploaded", content), act)
 
 
-@router.get("", operation_id="listRecordings")
+@router.get("")
 def list_recordings(call: Reading, limit: Limit = 50, after: After = None) -> Page[Recording]:
     """Return the recordings, newest first."""
     with call.components.database.reading() as db:
@@ -94,7 +93,7 @@ def list_recordings(call: Reading, limit: Limit = 50, after: After = None) -> Pa
         return Page(items=[Recording.of(row) for row in rows], next=next_page)
 
 
-@router.get("/{recording_id}", operation_id="getRecording")
+@router.get("/{recording_id}")
 def get_recording(recording_id: RecordingId, call: Reading) -> Recording:
     """Return a recording without its content."""
     with call.components.database.reading() as db:
@@ -103,11 +102,10 @@ def get_recording(recording_id: RecordingId, call: Reading) -> Recording:
 
 @router.get(
     "/{recording_id}/download",
-    operation_id="downloadRecording",
     response_class=Response,
     responses={200: {"content": {"application/zip": BINARY}}},
 )
-def download(recording_id: RecordingId, call: Reading) -> Response:
+def download_recording(recording_id: RecordingId, call: Reading) -> Response:
     """Return the zip of the recording folder."""
     with call.components.database.reading() as db:
         row = find_row(db, RecordingRow, recording_id)
@@ -116,8 +114,8 @@ def download(recording_id: RecordingId, call: Reading) -> Response:
     return Response(content, media_type="application/zip", headers=headers)
 
 
-@router.delete("/{recording_id}", operation_id="deleteRecording", response_model=Done)
-def delete(recording_id: RecordingId, call: Operating) -> Response:
+@router.delete("/{recording_id}", response_model=Done)
+def delete_recording(recording_id: RecordingId, call: Operating) -> Response:
     """Delete a recording."""
     deleted = []
 

@@ -48,8 +48,8 @@ class Bus(BaseModel):
     strangers: list[dict[str, Any]]
 
 
-@router.get("/robot", operation_id="getRobot")
-async def robot(call: Reading) -> Robot:
+@router.get("/robot")
+async def get_robot(call: Reading) -> Robot:
     """Return which robot is on the bus, where it is, and for which session it drives."""
     robot, status = call.components.robot, call.components.robot.status
     return Robot(
@@ -63,17 +63,15 @@ async def robot(call: Reading) -> Robot:
     )
 
 
-@router.post("/robot/stop", operation_id="stopRobot")
-async def stop(call: Stopping) -> Done:
+@router.post("/robot/stop")
+async def stop_robot(call: Stopping) -> Done:
     """Stop the wheels at the next sample. A session that is driven is interrupted. Every key may stop."""
     call.components.robot.reservation.stop("a client stopped the robot")
     return Done(done="the robot stops")
 
 
-@router.get(
-    "/robot/stream", operation_id="streamRobot", response_class=StreamingResponse, responses=EVENT_STREAM
-)
-async def stream(call: Reading) -> StreamingResponse:
+@router.get("/robot/stream", response_class=StreamingResponse, responses=EVENT_STREAM)
+async def stream_robot(call: Reading) -> StreamingResponse:
     """Stream the robot's state, its nodes, and changes of sessions and diagnoses, as server-sent events."""
     return StreamingResponse(
         call.components.events.listen(),
@@ -82,16 +80,16 @@ async def stream(call: Reading) -> StreamingResponse:
     )
 
 
-@router.get("/robot/errors", operation_id="getErrors")
-async def errors(call: Reading, format: Literal["vda5050", "open-rmf"] = "vda5050") -> dict[str, Any]:  # noqa: A002
+@router.get("/robot/errors")
+async def get_errors(call: Reading, format: Literal["vda5050", "open-rmf"] = "vda5050") -> dict[str, Any]:  # noqa: A002
     """Return the present faults as VDA 5050 `errors` or Open-RMF `issues`."""
     status = call.components.robot.status
     faults = vda5050 if format == "vda5050" else open_rmf
     return faults(status.problem, status.report)
 
 
-@router.get("/bus", operation_id="getBus", response_model=Bus)
-async def bus(call: Reading) -> Response:
+@router.get("/bus", response_model=Bus)
+async def get_bus(call: Reading) -> Response:
     """Return the nodes of the bus with their counters, and the events of the drive."""
     return Response(_bus(call.components.robot.status.report), media_type="application/json")
 
@@ -117,11 +115,10 @@ def _bus(report: DriverReport | None) -> bytes:
 
 @router.get(
     "/bus/frames",
-    operation_id="streamFrames",
     response_class=PlainTextResponse,
     responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
 )
-def frames(
+def stream_frames(
     call: Reading,
     count: Annotated[
         int | None, Query(ge=1, le=1_000_000, description="The number of frames after which the stream ends.")

@@ -15,26 +15,14 @@ from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
 from omnimate.service.routes.umbmark_sessions import PREFIX, SessionId
 from omnimate.service.store.tables import SampleRow, SessionRow, find_row
+from omnimate.service.umbmark import sessions
 from omnimate.service.umbmark.models import Accept, Result, Session, Solve
-from omnimate.service.umbmark.sessions import (
-    accept_result,
-    extend_lifetime,
-    last_result,
-    require_call,
-    samples_of,
-    session_for,
-    session_with_samples,
-    store_result,
-    vehicle_of,
-)
 
 router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
 
 
-@router.post(
-    "/{session_id}/solve", operation_id="solveSession", response_model=Result, responses=documented(410)
-)
-def solve(session_id: SessionId, call: Operating, body: Solve | None = None) -> Response:
+@router.post("/{session_id}/solve", response_model=Result, responses=documented(410))
+def solve_session(session_id: SessionId, call: Operating, body: Solve | None = None) -> Response:
     """Solve the session with the runs that it has. More runs may be added, and the session solved again."""
 
     def compute() -> tuple[list[SampleRow], Result]:
@@ -42,15 +30,15 @@ def solve(session_id: SessionId, call: Operating, body: Solve | None = None) -> 
 
         with call.components.database.reading() as db:
             row = find_row(db, SessionRow, session_id)
-            require_call(row, "solve", time.time())
-            samples, vehicle = samples_of(db, row), vehicle_of(db, row)
+            sessions.require_call(row, "solve", time.time())
+            samples, vehicle = sessions.samples_of(db, row), sessions.vehicle_of(db, row)
         return samples, make_result(row, samples, vehicle, (body or Solve()).method)
 
     def act(db: Db, computed: tuple[list[SampleRow], Result]) -> Answer:
-        row = session_for(db, session_id, "solve")
+        row = sessions.session_for(db, session_id, "solve")
         samples, result = computed
-        store_result(db, row, samples, result)
-        extend_lifetime(row, call.components.settings.lifetime)
+        sessions.store_result(db, row, samples, result)
+        sessions.extend_lifetime(row, call.components.settings.lifetime)
         return Answer(result, 200, {"ETag": etag(result.revision)})
 
     response = call.compute_and_change(body, compute, act)
@@ -58,24 +46,23 @@ def solve(session_id: SessionId, call: Operating, body: Solve | None = None) -> 
     return response
 
 
-@router.get("/{session_id}/result", operation_id="getResult")
+@router.get("/{session_id}/result")
 def get_result(session_id: SessionId, call: Reading, response: Response) -> Result:
     """Return the result of the last solve."""
     with call.components.database.reading() as db:
-        result = last_result(find_row(db, SessionRow, session_id))
+        result = sessions.last_result(find_row(db, SessionRow, session_id))
     response.headers["ETag"] = etag(result.revision)
     return result
 
 
 @router.get(
     "/{session_id}/plot.{kind}",
-    operation_id="getPlot",
     response_class=Response,
     responses={
         200: {"content": {"image/svg+xml": {"schema": {"type": "string"}}, "image/png": {}}},
     },
 )
-def plot(
+def get_plot(
     session_id: SessionId, kind: Annotated[str, PathParameter(pattern="^(svg|png)$")], call: Reading
 ) -> Response:
     """Return a figure of the return errors before and after calibration, like U Fig. 11."""
@@ -85,29 +72,26 @@ def plot(
 
     with call.components.database.reading() as db:
         row = find_row(db, SessionRow, session_id)
-        result = last_result(row)
-        experiments = experiments_of(row, samples_of(db, row), vehicle_of(db, row))
+        result = sessions.last_result(row)
+        experiments = experiments_of(row, sessions.samples_of(db, row), sessions.vehicle_of(db, row))
     picture = rendered(cluster_figure(cluster_panels(experiments, result)), kind)
     return Response(picture, media_type="image/svg+xml" if kind == "svg" else "image/png")
 
 
-@router.post(
-    "/{session_id}/accept",
-    operation_id="acceptResult",
-    response_model=Session,
-    responses=documented(410, 412, 428),
-)
-def accept(session_id: SessionId, call: Operating, if_match: IfMatch, body: Accept | None = None) -> Response:
+@router.post("/{session_id}/accept", response_model=Session, responses=documented(410, 412, 428))
+def accept_result(
+    session_id: SessionId, call: Operating, if_match: IfMatch, body: Accept | None = None
+) -> Response:
     """Make the result the newest version of the vehicle. The former versions stay."""
     revision = expected_version(if_match)
     force = (body or Accept()).force
 
     def act(db: Db) -> Answer:
-        row = session_for(db, session_id, "accept")
-        version = accept_result(db, row, revision, force=force)
-        extend_lifetime(row, call.components.settings.lifetime)
+        row = sessions.session_for(db, session_id, "accept")
+        version = sessions.accept_result(db, row, revision, force=force)
+        sessions.extend_lifetime(row, call.components.settings.lifetime)
         headers = {"Location": f"/v1/vehicles/{row.vehicle}", "ETag": etag(version.version)}
-        return Answer(session_with_samples(db, row), 200, headers)
+        return Answer(sessions.session_with_samples(db, row), 200, headers)
 
     response = call.change(body, act)
     call.components.robot.reload()

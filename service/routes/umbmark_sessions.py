@@ -16,6 +16,7 @@ from omnimate.service.problems import documented
 from omnimate.service.robot.reservation import DriveOrder
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.store.tables import RecordingRow, SampleRow, SessionRow, find_row, read_page
+from omnimate.service.umbmark import samples, sessions
 from omnimate.service.umbmark.models import (
     Id,
     Sample,
@@ -24,19 +25,6 @@ from omnimate.service.umbmark.models import (
     Session,
     SessionStart,
     State,
-)
-from omnimate.service.umbmark.samples import add_measured_sample, add_sample, remove_sample, squares_of
-from omnimate.service.umbmark.sessions import (
-    count_samples,
-    end_lease,
-    extend_lifetime,
-    require_call,
-    session_for,
-    session_view,
-    session_with_samples,
-    start_session,
-    take_lease,
-    vehicle_of,
 )
 
 if TYPE_CHECKING:
@@ -66,7 +54,7 @@ class SessionDrives:
                 "vehicle", f"{row.vehicle!r} is not on the bus; only {components.vehicle!r} can drive"
             )
         components.robot.reservation.reserve(row.id)
-        take_lease(row, components.settings.instance)
+        sessions.take_lease(row, components.settings.instance)
         self._orders.append(DriveOrder(row.id, row.side, row.speed, row.lifeline))
 
     def begin_after(self, commit: Callable[[], Response]) -> Response:
@@ -93,22 +81,22 @@ SessionId = Annotated[Id, PathParameter(description="The id of the session.")]
 router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
 
 
-@router.post("", operation_id="startSession", status_code=201, response_model=Session)
-def start(body: SessionStart, call: Operating) -> Response:
+@router.post("", status_code=201, response_model=Session)
+def start_session(body: SessionStart, call: Operating) -> Response:
     """Start a session. With `how: drive` the robot begins to drive."""
     components, drives = call.components, SessionDrives(call.components)
 
     def act(db: Db) -> Answer:
         vehicle = body.vehicle or components.vehicle
-        row = start_session(db, body, vehicle, components.settings.lifetime)
+        row = sessions.start_session(db, body, vehicle, components.settings.lifetime)
         if body.how == "drive":
             drives.prepare(row)
-        return Answer(session_with_samples(db, row), 201, {"Location": f"{PREFIX}/{row.id}"})
+        return Answer(sessions.session_with_samples(db, row), 201, {"Location": f"{PREFIX}/{row.id}"})
 
     return drives.begin_after(lambda: call.change(body, act))
 
 
-@router.get("", operation_id="listSessions")
+@router.get("")
 def list_sessions(
     call: Reading, limit: Limit = 50, after: After = None, state: Annotated[State | None, Query()] = None
 ) -> Page[Session]:
@@ -116,60 +104,50 @@ def list_sessions(
     with call.components.database.reading() as db:
         where = () if state is None else (SessionRow.state == state,)
         rows, next_page = read_page(db, SessionRow, limit, after, *where)
-        counts = count_samples(db, [row.id for row in rows])
-        return Page(items=[session_view(row, counts[row.id]) for row in rows], next=next_page)
+        counts = sessions.count_samples(db, [row.id for row in rows])
+        return Page(items=[sessions.session_view(row, counts[row.id]) for row in rows], next=next_page)
 
 
-@router.get("/{session_id}", operation_id="getSession")
+@router.get("/{session_id}")
 def get_session(session_id: SessionId, call: Reading) -> Session:
     """Return a session with its samples."""
     call.components.robot.reservation.note_client(session_id)
     with call.components.database.reading() as db:
-        return session_with_samples(db, find_row(db, SessionRow, session_id))
+        return sessions.session_with_samples(db, find_row(db, SessionRow, session_id))
 
 
-@router.post(
-    "/{session_id}/resume", operation_id="resumeSession", response_model=Session, responses=documented(410)
-)
-def resume(session_id: SessionId, call: Operating) -> Response:
+@router.post("/{session_id}/resume", response_model=Session, responses=documented(410))
+def resume_session(session_id: SessionId, call: Operating) -> Response:
     """Drive the runs that are still missing, after an interruption."""
     drives = SessionDrives(call.components)
 
     def act(db: Db) -> Answer:
-        row = session_for(db, session_id, "resume")
-        extend_lifetime(row, call.components.settings.lifetime)
+        row = sessions.session_for(db, session_id, "resume")
+        sessions.extend_lifetime(row, call.components.settings.lifetime)
         drives.prepare(row)
-        return Answer(session_with_samples(db, row))
+        return Answer(sessions.session_with_samples(db, row))
 
     return drives.begin_after(lambda: call.change(None, act))
 
 
-@router.post(
-    "/{session_id}/abort", operation_id="abortSession", response_model=Session, responses=documented(410)
-)
-def abort(session_id: SessionId, call: Operating) -> Response:
+@router.post("/{session_id}/abort", response_model=Session, responses=documented(410))
+def abort_session(session_id: SessionId, call: Operating) -> Response:
     """End a session. A robot that drives for this session stops."""
     call.components.robot.reservation.stop("the session was aborted", session_id)
 
     def act(db: Db) -> Answer:
-        row = session_for(db, session_id, "abort")
-        end_lease(row, "aborted", "aborted")
-        extend_lifetime(row, call.components.settings.lifetime)
-        return Answer(session_with_samples(db, row))
+        row = sessions.session_for(db, session_id, "abort")
+        sessions.end_lease(row, "aborted", "aborted")
+        sessions.extend_lifetime(row, call.components.settings.lifetime)
+        return Answer(sessions.session_with_samples(db, row))
 
     response = call.change(None, act)
     call.components.reporter.announce(session_id)
     return response
 
 
-@router.post(
-    "/{session_id}/samples",
-    operation_id="addSample",
-    status_code=201,
-    response_model=Sample,
-    responses=documented(410),
-)
-def add(session_id: SessionId, body: SampleGiven, call: Operating) -> Response:
+@router.post("/{session_id}/samples", status_code=201, response_model=Sample, responses=documented(410))
+def add_sample(session_id: SessionId, body: SampleGiven, call: Operating) -> Response:
     """Add a run by its fixes, or all runs of a recording. A run that was answered with 201 is not lost."""
     drives = SessionDrives(call.components)
 
@@ -177,15 +155,15 @@ def add(session_id: SessionId, body: SampleGiven, call: Operating) -> Response:
         return [] if isinstance(body, SampleOfFixes) else _squares(call, session_id, body.recording)
 
     def act(db: Db, squares: list[SampleRow]) -> Answer:
-        row = session_for(db, session_id, "sample")
+        row = sessions.session_for(db, session_id, "sample")
         was_measuring = row.state == "measuring"
         if isinstance(body, SampleOfFixes):
-            sample = add_measured_sample(db, row, body)
+            sample = samples.add_measured_sample(db, row, body)
         else:
             recording = find_row(db, RecordingRow, body.recording)  # it may have been deleted meanwhile
             for square in squares:
-                sample = add_sample(db, row, square, recording.name, recording.id)
-        extend_lifetime(row, call.components.settings.lifetime)
+                sample = samples.add_sample(db, row, square, recording.name, recording.id)
+        sessions.extend_lifetime(row, call.components.settings.lifetime)
         db.flush()
         if was_measuring:
             _continue_driving(db, row, drives)
@@ -199,7 +177,7 @@ def add(session_id: SessionId, body: SampleGiven, call: Operating) -> Response:
 
 def _continue_driving(db: Db, row: SessionRow, drives: SessionDrives) -> None:
     """Drive the next square after a person has measured the last one, unless all are driven."""
-    counts = count_samples(db, [row.id])[row.id]
+    counts = sessions.count_samples(db, [row.id])[row.id]
     if min(counts.cw, counts.ccw) >= row.runs:
         row.state, row.detail = "collecting", "all squares are driven: solve"
     else:
@@ -216,35 +194,30 @@ def _squares(call: Call, session_id: str, recording_id: str) -> list[SampleRow]:
     """
     with call.components.database.reading() as db:
         row = find_row(db, SessionRow, session_id)
-        require_call(row, "sample", time.time())
+        sessions.require_call(row, "sample", time.time())
         stored = find_row(db, RecordingRow, recording_id)
-        vehicle = vehicle_of(db, row)
+        vehicle = sessions.vehicle_of(db, row)
     if stored.vehicle != row.vehicle:
         raise InvalidValueError(
             "recording", f"it is of the robot {stored.vehicle!r}; this session is of {row.vehicle!r}"
         )
     recording = call.components.recordings.load(stored)
-    squares = squares_of(recording, vehicle, row.side)
+    squares = samples.squares_of(recording, vehicle, row.side)
     if not squares:
         raise InvalidValueError("recording", "no square with fixes before and after it (run.toml, poses.csv)")
     return squares
 
 
-@router.delete(
-    "/{session_id}/samples/{number}",
-    operation_id="removeSample",
-    response_model=Done,
-    responses=documented(410),
-)
-def remove(
+@router.delete("/{session_id}/samples/{number}", response_model=Done, responses=documented(410))
+def remove_sample(
     session_id: SessionId, number: Annotated[int, PathParameter(ge=1, le=1_000_000)], call: Operating
 ) -> Response:
     """Remove a run from the session."""
 
     def act(db: Db) -> Answer:
-        row = session_for(db, session_id, "remove")
-        remove_sample(db, row, number)
-        extend_lifetime(row, call.components.settings.lifetime)
+        row = sessions.session_for(db, session_id, "remove")
+        samples.remove_sample(db, row, number)
+        sessions.extend_lifetime(row, call.components.settings.lifetime)
         return Answer(Done(done=f"run {number} is removed"))
 
     response = call.change(None, act)

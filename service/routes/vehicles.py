@@ -49,21 +49,15 @@ def vehicle_view(row: VehicleRow, *, whole: bool = True) -> Vehicle:
     return Vehicle.of(row, trucks=dict(parameters.trucks), link_length=length, toml=toml)
 
 
-@router.get("", operation_id="listVehicles")
+@router.get("")
 def list_vehicles(call: Reading) -> list[Vehicle]:
     """Return the newest version of every vehicle."""
     with call.components.database.reading() as db:
         return [vehicle_view(row, whole=False) for row in vehicles.newest_of_all(db)]
 
 
-@router.post(
-    "",
-    operation_id="createVehicle",
-    status_code=201,
-    response_model=Vehicle,
-    openapi_extra=BODY,
-)
-async def create(request: Request, call: Operating) -> Response:
+@router.post("", status_code=201, response_model=Vehicle, openapi_extra=BODY)
+async def create_vehicle(request: Request, call: Operating) -> Response:
     """Add a vehicle. The body is the text of its vehicle.toml."""
     content = await request.body()
     vehicle, text = _parsed(request, content)
@@ -75,7 +69,7 @@ async def create(request: Request, call: Operating) -> Response:
     return await run_in_threadpool(call.change, content, act)
 
 
-@router.get("/{name}", operation_id="getVehicle")
+@router.get("/{name}")
 def get_vehicle(name: VehicleName, call: Reading, response: Response) -> Vehicle:
     """Return the newest version of a vehicle."""
     with call.components.database.reading() as db:
@@ -84,14 +78,8 @@ def get_vehicle(name: VehicleName, call: Reading, response: Response) -> Vehicle
     return vehicle_view(row)
 
 
-@router.put(
-    "/{name}",
-    operation_id="changeVehicle",
-    response_model=Vehicle,
-    responses=documented(412, 428),
-    openapi_extra=BODY,
-)
-async def change(name: VehicleName, request: Request, call: Operating, if_match: IfMatch) -> Response:
+@router.put("/{name}", response_model=Vehicle, responses=documented(412, 428), openapi_extra=BODY)
+async def change_vehicle(name: VehicleName, request: Request, call: Operating, if_match: IfMatch) -> Response:
     """Add a version of a vehicle. The former versions stay."""
     expected = expected_version(if_match)
     content = await request.body()
@@ -132,14 +120,14 @@ def _parsed(request: Request, content: bytes) -> tuple[VehicleParameters, str]:
     return vehicle, text
 
 
-@router.get("/{name}/versions", operation_id="listVersions")
+@router.get("/{name}/versions")
 def list_versions(name: VehicleName, call: Reading) -> list[Vehicle]:
     """Return all versions of a vehicle, newest first."""
     with call.components.database.reading() as db:
         return [vehicle_view(row, whole=False) for row in vehicles.versions(db, name)]
 
 
-@router.get("/{name}/versions/{version}", operation_id="getVersion")
+@router.get("/{name}/versions/{version}")
 def get_version(
     name: VehicleName, version: Annotated[int, PathParameter(ge=1, le=1_000_000_000)], call: Reading
 ) -> Vehicle:
@@ -155,13 +143,8 @@ EXPORT_TYPES: dict[str, Any] = {
 }
 
 
-@router.get(
-    "/{name}/exports/{format}",
-    operation_id="exportVehicle",
-    response_class=Response,
-    responses={200: {"content": EXPORT_TYPES}},
-)
-def export(
+@router.get("/{name}/exports/{format}", response_class=Response, responses={200: {"content": EXPORT_TYPES}})
+def export_vehicle(
     name: VehicleName,
     format: Literal["toml", "ros2", "vda5050"],  # noqa: A002  # the word in the path
     call: Reading,

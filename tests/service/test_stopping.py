@@ -296,12 +296,12 @@ class Stopping(RuleBasedStateMachine):
             self.stop()
             self.robot.advance(REPORT_SAMPLES)
         request = SessionStart(side=0.2, runs=1, how="drive", lifeline=LIFELINE)
-        self.drive(routes.start, request, at_reserve, before_begin)
+        self.drive(routes.start_session, request, at_reserve, before_begin)
 
     @rule(before_begin=STEPS)
     def resume(self, before_begin):
         if self.session is not None:
-            self.drive(routes.resume, self.session, "", before_begin)
+            self.drive(routes.resume_session, self.session, "", before_begin)
 
     @rule(samples=st.sampled_from([1, 2, 3, 50, 145, 300]))
     def samples_pass(self, samples):
@@ -310,12 +310,12 @@ class Stopping(RuleBasedStateMachine):
 
     @rule()
     def stop(self):
-        asyncio.run(robot_routes.stop(self.reader))
+        asyncio.run(robot_routes.stop_robot(self.reader))
         self.stopped()
 
     @rule()
     def abort(self):
-        if self.session is not None and self.calls(routes.abort, self.session):
+        if self.session is not None and self.calls(routes.abort_session, self.session):
             self.stopped()
 
     @rule()
