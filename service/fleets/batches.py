@@ -9,8 +9,8 @@ from omnimate.fleet.report_store import read_report
 from omnimate.service.fleets.findings import note_findings
 from omnimate.service.fleets.models import Batch, BatchStart
 from omnimate.service.jobs.process import running
-from omnimate.service.jobs.queue import find_job, queue_job
-from omnimate.service.store.tables import FleetRow, find_row
+from omnimate.service.jobs.queue import queue_job
+from omnimate.service.store.tables import BatchRow, FleetRow, find_row
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,7 +38,7 @@ def add_batch(db: Session, fleet: str, start: BatchStart) -> JobRow:
     """
     find_row(db, FleetRow, fleet)
     asked = {"day": start.day, "diagnose": start.diagnose}
-    return queue_job(db, kind="batch", fleet=fleet, asked=asked, priority=start.priority, recordings=[])
+    return queue_job(db, BatchRow, fleet=fleet, asked=asked, priority=start.priority, recordings=[])
 
 
 def batch_view(row: JobRow) -> Batch:
@@ -49,7 +49,7 @@ def batch_view(row: JobRow) -> Batch:
 class Batches:
     """The batches among the jobs."""
 
-    kind: Final = "batch"
+    table: Final = BatchRow
 
     def __init__(self, stores: FleetStores, jobs: int = 1, scheduler: str | None = None) -> None:
         self._stores, self._jobs, self._scheduler = stores, jobs, scheduler
@@ -59,7 +59,7 @@ class Batches:
         from omnimate.fleet.batch.run import Workers
 
         with database.reading() as db:
-            row = find_job(db, job_id, "batch")
+            row = find_row(db, BatchRow, job_id)
         assert row.fleet is not None
         asked = row.asked or {}
         workers = Workers(self._jobs, self._scheduler)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from omnimate.service.errors import NotFoundError
 from omnimate.service.jobs.process import running
-from omnimate.service.jobs.queue import Job, find_job
-from omnimate.service.store.tables import RecordingRow
+from omnimate.service.jobs.queue import Job
+from omnimate.service.store.tables import DiagnosisRow, RecordingRow, find_row
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 class Diagnosing:
     """The diagnoses among the jobs."""
 
-    kind: Final = "diagnose"
+    table: Final = DiagnosisRow
 
     def __init__(self, recordings: RecordingStore) -> None:
         self._recordings = recordings
@@ -35,7 +35,7 @@ class Diagnosing:
     def start(self, database: Database, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
         """Return the process of a job, which works in the folder `place`."""
         with database.reading() as db:
-            wanted = find_job(db, job_id).recordings
+            wanted = find_row(db, DiagnosisRow, job_id).recordings
             rows = [row for recording in wanted if (row := db.get(RecordingRow, recording)) is not None]
         folders = []
         for row in rows:

@@ -12,8 +12,8 @@ from pydantic import Field
 from sqlalchemy import func, select
 
 from omnimate import __version__
-from omnimate.service.errors import NotFoundError, StateError, TooManyError
-from omnimate.service.store.tables import JobRow, RecordingRow, find_row
+from omnimate.service.errors import StateError, TooManyError
+from omnimate.service.store.tables import DiagnosisRow, JobRow, RecordingRow, find_row
 from omnimate.service.umbmark.models import Id, RequestModel, RowModel
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
 
-JobKind = Literal["diagnose", "batch"]
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
 
 
@@ -53,7 +52,6 @@ LEASE = 20.0  # [s] after which a service that does not renew its lease is consi
 MAX_ATTEMPTS = 3
 MAX_UNFINISHED = 50  # diagnoses of one key, about half an hour of work: then others have a turn
 ENDED_STATES = ("done", "failed", "cancelled")
-NOUNS: dict[JobKind, str] = {"diagnose": "diagnosis", "batch": "batch"}
 
 
 def add_job(db: Session, recordings: Sequence[str], caller: str) -> JobRow:
@@ -65,20 +63,20 @@ def add_job(db: Session, recordings: Sequence[str], caller: str) -> JobRow:
     """
     rows = [find_row(db, RecordingRow, recording) for recording in recordings]
     content = _content(rows)
-    same = select(JobRow).where(JobRow.content == content, JobRow.state == "done").limit(1)
+    same = select(DiagnosisRow).where(JobRow.content == content, JobRow.state == "done").limit(1)
     known = None if content is None else db.scalars(same).first()
-    columns = {"kind": "diagnose", "recordings": list(recordings), "caller": caller, "content": content}
+    columns = {"recordings": list(recordings), "caller": caller, "content": content}
     if known is not None:
-        row = queue_job(db, **columns, verdict=known.verdict, says=known.says)
+        row = queue_job(db, DiagnosisRow, **columns, verdict=known.verdict, says=known.says)
         row.result, row.report = known.result, known.report
         row.state, row.progress, row.doing = "done", 1.0, ""
         return row
-    mine = (JobRow.kind == "diagnose") & (JobRow.caller == caller) & JobRow.state.not_in(ENDED_STATES)
-    if (db.scalar(select(func.count()).where(mine)) or 0) >= MAX_UNFINISHED:
+    mine = (DiagnosisRow.caller == caller) & DiagnosisRow.state.not_in(ENDED_STATES)
+    if (db.scalar(select(func.count(DiagnosisRow.id)).where(mine)) or 0) >= MAX_UNFINISHED:
         raise TooManyError(
             f"{MAX_UNFINISHED} diagnoses of this key wait or run; ask again when some have ended"
         )
-    return queue_job(db, **columns)
+    return queue_job(db, DiagnosisRow, **columns)
 
 
 def _content(recordings: Sequence[RecordingRow]) -> str | None:
@@ -89,10 +87,10 @@ def _content(recordings: Sequence[RecordingRow]) -> str | None:
     return hashlib.sha256(json.dumps([__version__, named]).encode()).hexdigest()
 
 
-def queue_job(db: Session, **columns: Any) -> JobRow:  # noqa: ANN401  # of `JobRow`
+def queue_job(db: Session, table: type[JobRow], **columns: Any) -> JobRow:  # noqa: ANN401  # of `JobRow`
     """Queue a job; `columns` are those that describe its task."""
     now = time.time()
-    row = JobRow(
+    row = table(
         id=secrets.token_hex(8),
         state="queued",
         progress=0.0,
@@ -106,53 +104,29 @@ def queue_job(db: Session, **columns: Any) -> JobRow:  # noqa: ANN401  # of `Job
     return row
 
 
-def find_job(
-    db: Session,
-    job_id: str,
-    kind: JobKind = "diagnose",
-    *,
-    fleet: str | None = None,
-    for_change: bool = False,
-) -> JobRow:
-    """Return a job of a kind, and of a fleet where one is given.
-
-    `for_change` locks its row until the end of the transaction.
+def cancel_job(row: JobRow) -> JobRow:
+    """Cancel a locked job that has not ended, and return it; its worker stops when it renews the lease.
 
     Raises:
-        NotFoundError: there is no such job with this id.
-    """
-    row = db.get(JobRow, job_id, with_for_update=for_change)
-    if row is None or row.kind != kind or fleet not in (None, row.fleet):
-        raise NotFoundError(NOUNS[kind], job_id)
-    return row
-
-
-def cancel_job(db: Session, job_id: str, kind: JobKind = "diagnose", *, fleet: str | None = None) -> JobRow:
-    """Cancel a job that has not ended, as `find_job` finds it; its worker stops when it renews the lease.
-
-    Raises:
-        NotFoundError: there is no such job with this id.
         StateError: the job has ended already.
     """
-    row = find_job(db, job_id, kind, fleet=fleet, for_change=True)
     if row.state in ENDED_STATES:
-        raise StateError(f"{NOUNS[kind]} {job_id} is {row.state} already")
+        raise StateError(f"{row.noun()} {row.id} is {row.state} already")
     row.state, row.doing, row.changed = "cancelled", "", time.time()
     return row
 
 
-def has_queued(db: Session, kind: JobKind = "diagnose") -> bool:
+def has_queued(db: Session, table: type[JobRow] = DiagnosisRow) -> bool:
     """Return whether a job of a kind waits to be claimed."""
-    waiting = (JobRow.state == "queued") & (JobRow.kind == kind)
-    return db.scalar(select(JobRow.id).where(waiting).limit(1)) is not None
+    return db.scalar(select(table.id).where(table.state == "queued").limit(1)) is not None
 
 
-def claim_job(db: Session, instance: str, kind: JobKind = "diagnose") -> str | None:
+def claim_job(db: Session, instance: str, table: type[JobRow] = DiagnosisRow) -> str | None:
     """Claim the oldest of the most urgent queued jobs; return its id, or None where another was faster."""
     row = db.scalars(
-        select(JobRow)
-        .where(JobRow.state == "queued", JobRow.kind == kind)
-        .order_by(JobRow.priority.desc(), JobRow.created)
+        select(table)
+        .where(table.state == "queued")
+        .order_by(table.priority.desc(), table.created)
         .limit(1)
         .with_for_update(skip_locked=True)
     ).first()

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from sqlalchemy.exc import SQLAlchemyError
 
 from omnimate.service.jobs.process import REPORT_PERIOD
-from omnimate.service.jobs.queue import LEASE, claim_job, find_job, finish_job, has_queued, job_of
+from omnimate.service.jobs.queue import LEASE, claim_job, finish_job, has_queued, job_of
+from omnimate.service.store.tables import find_row
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
     from omnimate.service.event_stream import EventStream
     from omnimate.service.jobs.process import JobProcess
-    from omnimate.service.jobs.queue import JobKind
     from omnimate.service.store.database import Database
     from omnimate.service.store.tables import JobRow
 
@@ -35,8 +35,8 @@ class Jobs(Protocol):
     """The jobs of one kind."""
 
     @property
-    def kind(self) -> JobKind:
-        """The kind, as the table has it."""
+    def table(self) -> type[JobRow]:
+        """Their rows."""
 
     def start(self, database: Database, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
         """Return the process of a job, which works in the folder `place`."""
@@ -63,7 +63,7 @@ class Worker:
         self._jobs, self._housekeeping = jobs, housekeeping
         self._ending, self._wake = threading.Event(), threading.Event()
         self._renewed = 0.0
-        self._thread = threading.Thread(target=self._run, name=f"jobs: {jobs.kind}", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=f"jobs: {jobs.table.noun()}", daemon=True)
 
     def start(self) -> None:
         """Start the thread."""
@@ -95,10 +95,10 @@ class Worker:
 
     def _claim(self) -> str | None:
         with self._database.reading() as db:
-            if not has_queued(db, self._jobs.kind):
+            if not has_queued(db, self._jobs.table):
                 return None
         with self._database.writing() as db:
-            return claim_job(db, self._instance, self._jobs.kind)
+            return claim_job(db, self._instance, self._jobs.table)
 
     def _work(self, job_id: str) -> None:
         """Work in another process, and store the outcome."""
@@ -137,5 +137,5 @@ class Worker:
 
     def _publish(self, job_id: str) -> None:
         with self._database.reading() as db:
-            view = self._jobs.view(find_job(db, job_id, self._jobs.kind))
+            view = self._jobs.view(find_row(db, self._jobs.table, job_id))
             self._events.publish("job", view.model_dump())

@@ -12,9 +12,9 @@ from sqlalchemy.orm import Session as Db
 
 from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.errors import StateError
-from omnimate.service.jobs.queue import DiagnosisStart, Job, add_job, cancel_job, find_job
+from omnimate.service.jobs.queue import DiagnosisStart, Job, add_job, cancel_job
 from omnimate.service.routes.common import ALWAYS, After, Limit, Page
-from omnimate.service.store.tables import JobRow, read_page
+from omnimate.service.store.tables import DiagnosisRow, JobRow, find_row, read_page
 from omnimate.service.umbmark.models import Id
 
 router = APIRouter(prefix="/v1/diagnoses", tags=["diagnoses"], responses=ALWAYS)
@@ -45,7 +45,7 @@ def start_diagnosis(body: DiagnosisStart, call: Operating) -> Response:
 def list_diagnoses(call: Reading, limit: Limit = 50, after: After = None) -> Page[Job]:
     """Return the diagnoses, newest first."""
     with call.components.database.reading() as db:
-        rows, next_page = read_page(db, JobRow, limit, after, JobRow.kind == "diagnose")
+        rows, next_page = read_page(db, DiagnosisRow, limit, after)
         return Page(items=[Job.of(row) for row in rows], next=next_page)
 
 
@@ -53,14 +53,14 @@ def list_diagnoses(call: Reading, limit: Limit = 50, after: After = None) -> Pag
 def get_diagnosis(diagnosis_id: DiagnosisId, call: Reading) -> Job:
     """Return the state and the progress of a diagnosis."""
     with call.components.database.reading() as db:
-        return Job.of(find_job(db, diagnosis_id))
+        return Job.of(find_row(db, DiagnosisRow, diagnosis_id))
 
 
 @router.get("/{diagnosis_id}/result", response_model=dict[str, Any])
 def get_diagnosis_result(diagnosis_id: DiagnosisId, call: Reading) -> Response:
     """Return the diagnosis as JSON, as `omnimate diagnose --json` writes it."""
     with call.components.database.reading() as db:
-        row = find_job(db, diagnosis_id)
+        row = find_row(db, DiagnosisRow, diagnosis_id)
         return JSONResponse(json.loads(_require_done(row, row.result)))
 
 
@@ -68,7 +68,7 @@ def get_diagnosis_result(diagnosis_id: DiagnosisId, call: Reading) -> Response:
 def get_diagnosis_report(diagnosis_id: DiagnosisId, call: Reading) -> Response:
     """Return the report as an HTML page that needs no other file."""
     with call.components.database.reading() as db:
-        row = find_job(db, diagnosis_id)
+        row = find_row(db, DiagnosisRow, diagnosis_id)
         return HTMLResponse(_require_done(row, row.report), headers=REPORT_HEADERS)
 
 
@@ -82,4 +82,8 @@ def _require_done(row: JobRow, content: str | None) -> str:
 @router.post("/{diagnosis_id}/cancel", response_model=Job)
 def cancel_diagnosis(diagnosis_id: DiagnosisId, call: Operating) -> Response:
     """Cancel a diagnosis that has not ended."""
-    return call.change(None, lambda db: Answer(Job.of(cancel_job(db, diagnosis_id))))
+
+    def act(db: Db) -> Answer:
+        return Answer(Job.of(cancel_job(find_row(db, DiagnosisRow, diagnosis_id, for_change=True))))
+
+    return call.change(None, act)

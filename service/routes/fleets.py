@@ -16,10 +16,10 @@ from omnimate.service.fleets.batches import add_batch, batch_view
 from omnimate.service.fleets.models import Batch, BatchStart, Fleet, FleetStart, PlainName, Upload
 from omnimate.service.fleets.results import fleet_view
 from omnimate.service.fleets.upload import store_day
-from omnimate.service.jobs.queue import cancel_job, find_job
+from omnimate.service.jobs.queue import cancel_job
 from omnimate.service.routes.common import ALWAYS, Limit, Page
 from omnimate.service.routes.recordings import BINARY, Zip
-from omnimate.service.store.tables import FleetRow, JobRow, find_row, read_page
+from omnimate.service.store.tables import BatchRow, FleetRow, find_row, read_page
 from omnimate.service.umbmark.models import Id
 
 PREFIX = "/v1/fleets"
@@ -96,7 +96,7 @@ def list_batches(fleet: FleetName, call: Reading, limit: Limit = 50, after: Id |
     """Return the batches of a fleet, newest first."""
     with call.components.database.reading() as db:
         find_row(db, FleetRow, fleet)
-        rows, next_page = read_page(db, JobRow, limit, after, JobRow.fleet == fleet)
+        rows, next_page = read_page(db, BatchRow, limit, after, BatchRow.fleet == fleet)
         return Page(items=[batch_view(row) for row in rows], next=next_page)
 
 
@@ -105,7 +105,7 @@ def get_batch(fleet: FleetName, batch_id: BatchId, call: Reading) -> Batch:
     """Return the state and the progress of a batch."""
     with call.components.database.reading() as db:
         find_row(db, FleetRow, fleet)
-        return batch_view(find_job(db, batch_id, "batch", fleet=fleet))
+        return batch_view(find_row(db, BatchRow, batch_id, fleet=fleet))
 
 
 @router.post("/{fleet}/batches/{batch_id}/cancel", response_model=Batch)
@@ -114,6 +114,7 @@ def cancel_batch(fleet: FleetName, batch_id: BatchId, call: Operating) -> Respon
 
     def act(db: Db) -> Answer:
         find_row(db, FleetRow, fleet)
-        return Answer(batch_view(cancel_job(db, batch_id, "batch", fleet=fleet)))
+        row = find_row(db, BatchRow, batch_id, for_change=True, fleet=fleet)
+        return Answer(batch_view(cancel_job(row)))
 
     return call.change(None, act)

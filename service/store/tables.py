@@ -64,6 +64,11 @@ class ListedRow(Base):
     id: Mapped[str]
     created: Mapped[float]
 
+    @classmethod
+    def noun(cls) -> str:
+        """Return what a row is, in a word for messages."""
+        return cls.__name__.removesuffix("Row").lower()
+
 
 class VehicleRow(Base):
     """One version of a vehicle's parameters; versions are added and never changed."""
@@ -155,8 +160,9 @@ class JobRow(ListedRow):
         Index("jobs_by_state", "state"),
         Index("jobs_by_content", "content"),
     )
+    __mapper_args__ = {"polymorphic_on": "kind"}  # noqa: RUF012  # SQLAlchemy's own form
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
-    kind: Mapped[str] = mapped_column(String(20), default="diagnose")
+    kind: Mapped[str] = mapped_column(String(20))
     fleet: Mapped[str | None] = mapped_column(String(64))
     asked: Mapped[dict[str, Any] | None] = mapped_column(JsonText)  # what a batch shall do
     summary: Mapped[dict[str, Any] | None] = mapped_column(JsonText)  # what a batch did
@@ -176,6 +182,18 @@ class JobRow(ListedRow):
     lease: Mapped[float | None]
     result: Mapped[str | None] = mapped_column(Text, deferred=True)
     report: Mapped[str | None] = mapped_column(Text, deferred=True)
+
+
+class DiagnosisRow(JobRow):
+    """A diagnosis among the jobs."""
+
+    __mapper_args__ = {"polymorphic_identity": "diagnose"}  # noqa: RUF012
+
+
+class BatchRow(JobRow):
+    """A batch among the jobs."""
+
+    __mapper_args__ = {"polymorphic_identity": "batch"}  # noqa: RUF012
 
 
 class KeyRow(ListedRow):
@@ -285,7 +303,7 @@ def find_row(db: Session, table: type[Row], key: str, *, for_change: bool = Fals
     """
     row = db.get(table, key, with_for_update=for_change)
     if row is None or any(getattr(row, name) != value for name, value in having.items()):
-        raise NotFoundError(table.__tablename__.removesuffix("s"), key)
+        raise NotFoundError(table.noun(), key)
     return row
 
 

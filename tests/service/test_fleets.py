@@ -12,7 +12,7 @@ from omnimate.fleet.report_store import write_report
 from omnimate.service.fleets.batches import add_batch
 from omnimate.service.fleets.models import BatchStart
 from omnimate.service.jobs.queue import claim_job
-from omnimate.service.store.tables import FleetRow, JobRow
+from omnimate.service.store.tables import BatchRow, FleetRow, JobRow
 from tests.service.hall_results import (
     ASKED,
     DATES,
@@ -118,7 +118,7 @@ def test_the_more_urgent_batch_is_claimed_first_and_no_diagnosis_with_them(datab
         early = add_batch(db, "a", BatchStart(priority=5)).id
         db.flush()
         assert claim_job(db, "this") is None
-        assert [claim_job(db, "this", "batch") for _ in range(3)] == [early, late, None]
+        assert [claim_job(db, "this", BatchRow) for _ in range(3)] == [early, late, None]
 
 
 @pytest.mark.parametrize(

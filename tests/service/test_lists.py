@@ -3,11 +3,11 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.service.store.tables import JobRow, read_page
+from omnimate.service.store.tables import DiagnosisRow, JobRow, read_page
 
 
 def job(number, created, state="done"):
-    return JobRow(
+    return DiagnosisRow(
         id=f"job{number}", recordings=[], state=state, progress=1.0, doing="", attempts=1,
         created=float(created), changed=float(created),
     )  # fmt: skip

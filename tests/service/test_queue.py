@@ -15,12 +15,11 @@ from omnimate.service.jobs.queue import (
     add_job,
     cancel_job,
     claim_job,
-    find_job,
     finish_job,
     has_queued,
     job_of,
 )
-from omnimate.service.store.tables import JobRow, RecordingRow
+from omnimate.service.store.tables import DiagnosisRow, JobRow, RecordingRow, find_row
 
 SUCCESS = {"verdict": "agreement", "says": "fine", "result": "{}", "report": "<html>"}
 OUTCOMES = [SUCCESS, {"error": "too short"}, {"died": "its process ended with code -9"}, None]
@@ -55,7 +54,7 @@ def test_a_job_that_died_is_tried_again_and_then_fails_with_its_reason(empty):
         with empty.writing() as db:
             assert claim_job(db, "this") == job_id
             finish_job(job_of(db, job_id, "this"), {"died": "its process ended with code -9"})
-            view = Job.of(find_job(db, job_id))
+            view = Job.of(find_row(db, DiagnosisRow, job_id))
         assert view.attempts == attempt
     assert view.state == "failed"
     assert view.error == "given up after 3 attempts: its process ended with code -9"
@@ -68,7 +67,7 @@ def test_a_job_whose_service_is_stopped_is_queued_again_however_often(empty):
         with empty.writing() as db:
             assert claim_job(db, "this") == job_id
             finish_job(job_of(db, job_id, "this"), None)
-            view = Job.of(find_job(db, job_id))
+            view = Job.of(find_row(db, DiagnosisRow, job_id))
         assert (view.state, view.attempts) == ("queued", 0)
 
 
@@ -110,7 +109,7 @@ def test_a_key_that_has_queued_too_much_is_refused_and_others_are_not(empty):
         with pytest.raises(TooManyError, match="50 diagnoses of this key"):
             add_job(db, ["rec"], "one")
         add_job(db, ["rec"], "another")
-        cancel_job(db, jobs[0])
+        cancel_job(find_row(db, DiagnosisRow, jobs[0]))
         db.flush()
         add_job(db, ["rec"], "one")
 
@@ -157,11 +156,12 @@ class Queue(RuleBasedStateMachine):
         if jobs:
             job_id = data.draw(st.sampled_from(jobs))
             with self.database.writing() as db:
-                if find_job(db, job_id).state in ENDED_STATES:
+                row = find_row(db, DiagnosisRow, job_id)
+                if row.state in ENDED_STATES:
                     with pytest.raises(StateError, match="already"):
-                        cancel_job(db, job_id)
+                        cancel_job(row)
                 else:
-                    cancel_job(db, job_id)
+                    cancel_job(row)
                     self.claimed.pop(job_id, None)
 
     @rule(data=st.data())
@@ -169,7 +169,7 @@ class Queue(RuleBasedStateMachine):
         if self.claimed:
             job_id = data.draw(st.sampled_from(sorted(self.claimed)))
             with self.database.writing() as db:
-                find_job(db, job_id).lease = 0.0
+                find_row(db, DiagnosisRow, job_id).lease = 0.0
             expire_sessions_and_requeue_jobs(self.database)
             self.claimed.pop(job_id)
 

@@ -10,13 +10,13 @@ from sqlalchemy.exc import OperationalError
 
 from omnimate.service.event_stream import EventStream
 from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
-from omnimate.service.jobs.queue import claim_job, find_job, queue_job
+from omnimate.service.jobs.queue import claim_job, queue_job
 from omnimate.service.robot.connection import simulated_plant
 from omnimate.service.robot.robot_thread import RobotThread
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.store import vehicles
 from omnimate.service.store.recordings import RecordingStore
-from omnimate.service.store.tables import SessionRow, find_row
+from omnimate.service.store.tables import DiagnosisRow, SessionRow, find_row
 from omnimate.service.umbmark.models import SessionStart
 from omnimate.service.umbmark.sessions import start_session, take_lease
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -135,7 +135,7 @@ def test_no_lease_of_a_dead_service_outlives_a_jump_of_the_clock(jump, database,
     with database.writing() as db:
         row = start_session(db, SessionStart(how="drive"), "omnimate", 10.0 * HOUR)
         take_lease(row, "dead")
-        queue_job(db, kind="diagnose", recordings=[])
+        queue_job(db, DiagnosisRow, recordings=[])
         job, session = claim_job(db, "dead"), row.id
     expire_sessions_and_requeue_jobs(database)
     assert states(database, session, job) == ("driving", "running")
@@ -144,12 +144,12 @@ def test_no_lease_of_a_dead_service_outlives_a_jump_of_the_clock(jump, database,
     expire_sessions_and_requeue_jobs(database)
     assert states(database, session, job) == ("interrupted", "queued")
     with database.writing() as db:
-        find_job(db, job).state = "cancelled"
+        find_row(db, DiagnosisRow, job).state = "cancelled"
 
 
 def states(database, session, job):
     with database.reading() as db:
-        return find_row(db, SessionRow, session).state, find_job(db, job).state
+        return find_row(db, SessionRow, session).state, find_row(db, DiagnosisRow, job).state
 
 
 @pytest.mark.parametrize("jump", [-HOUR, HOUR], ids=["back", "forward"])

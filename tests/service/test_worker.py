@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from omnimate.service.store.tables import JobRow, RecordingRow
+from omnimate.service.store.tables import DiagnosisRow, RecordingRow
 
 PATH = "/v1/diagnoses"
 ENDED = {"done", "failed", "cancelled"}
@@ -60,7 +60,7 @@ def test_what_its_process_dies_of_is_tried_again_and_then_given_up(client, undia
 def test_what_a_dead_service_worked_at_is_taken_up(client, recording, until):
     with client.components.database.writing() as db:
         db.add(
-            JobRow(
+            DiagnosisRow(
                 id="orphan", recordings=[recording], state="running", progress=0.5, doing="",
                 attempts=1, created=time.time(), changed=time.time(), owner="another",
                 lease=time.time() - 1.0,
