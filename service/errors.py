@@ -91,6 +91,13 @@ class TooManyError(ServiceError):
     headers = {"Retry-After": "30"}  # noqa: RUF012
 
 
+class TooManyCallsError(ServiceError):
+    """One caller makes more calls a second than are allowed."""
+
+    status, title = 429, "Too many calls"
+    headers = {"Retry-After": "1"}  # noqa: RUF012
+
+
 class UnavailableError(ServiceError):
     """Something that the service needs is not available now."""
 

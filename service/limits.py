@@ -8,8 +8,10 @@ from collections import OrderedDict
 from typing import TYPE_CHECKING
 
 from fastapi import HTTPException
+from starlette.datastructures import Headers, MutableHeaders
 
-from omnimate.service.problems import problem_response
+from omnimate.service.errors import ForbiddenError, ServiceError, TooLargeError, TooManyCallsError
+from omnimate.service.problems import response_of
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -21,10 +23,10 @@ REMEMBERED_CALLERS = 10_000
 UPLOADS = re.compile(r"/v1/(recordings|fleets/[^/]+/recordings)/?")
 LOOPBACK = {"localhost", "127.0.0.1", "[::1]", "::1"}
 HEADERS = {
-    b"x-content-type-options": b"nosniff",
-    b"referrer-policy": b"no-referrer",
-    b"content-security-policy": b"default-src 'self'; img-src 'self' data: blob:; frame-src 'self' blob:; "
-    b"frame-ancestors 'self'; base-uri 'none'; form-action 'self'",
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "content-security-policy": "default-src 'self'; img-src 'self' data: blob:; frame-src 'self' blob:; "
+    "frame-ancestors 'self'; base-uri 'none'; form-action 'self'",
 }
 
 
@@ -41,35 +43,25 @@ class Limits:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
-        problem = self._problem(scope, headers)
-        if problem is not None:
-            await problem(scope, receive, send)
+        try:
+            self._check(scope, Headers(scope=scope))
+        except ServiceError as error:
+            await response_of(error)(scope, receive, send)
             return
         await self.app(scope, self._limited(scope, receive), _with_headers(send))
 
-    def _problem(self, scope: Scope, headers: dict[bytes, str]) -> ASGIApp | None:
-        """Return the answer to a request that is refused; None where it is not."""
-        host, origin = headers.get(b"host", ""), headers.get(b"origin")
+    def _check(self, scope: Scope, headers: Headers) -> None:
+        """Refuse a request by its headers, or by its caller's rate."""
+        host, origin = headers.get("host", ""), headers.get("origin")
         if self._settings.is_loopback and host.rsplit(":", 1)[0] not in LOOPBACK and host not in LOOPBACK:
-            return problem_response(
-                403, "Not allowed", f"host {host!r}: this service answers to its loopback names only"
-            )
+            raise ForbiddenError(f"host {host!r}: this service answers to its loopback names only")
         if origin is not None and origin.partition("//")[2] != host:
-            return problem_response(
-                403, "Not allowed", f"origin {origin!r}: other sites may not call this service"
-            )
-        length, limit = headers.get(b"content-length", "0"), self._limit(scope)
+            raise ForbiddenError(f"origin {origin!r}: other sites may not call this service")
+        length, limit = headers.get("content-length", "0"), self._limit(scope)
         if not length.isdigit() or int(length) > limit:
-            return problem_response(413, "Too large", f"{length} bytes; at most {limit} are accepted here")
+            raise TooLargeError(f"{length} bytes; at most {limit} are accepted here")
         if not self._take_token((scope.get("client") or ("?",))[0]):
-            return problem_response(
-                429,
-                "Too many calls",
-                f"more than {self._settings.rate:g} calls a second; call less often",
-                headers={"Retry-After": "1"},
-            )
-        return None
+            raise TooManyCallsError(f"more than {self._settings.rate:g} calls a second; call less often")
 
     def _limit(self, scope: Scope) -> int:
         upload = scope["method"] == "POST" and UPLOADS.fullmatch(scope["path"])
@@ -103,11 +95,9 @@ class Limits:
 def _with_headers(send: Send) -> Send:
     async def send_with_headers(message: Message) -> None:
         if message["type"] == "http.response.start":
-            present = {name for name, _ in message["headers"]}
-            message["headers"] = [
-                *message["headers"],
-                *((name, value) for name, value in HEADERS.items() if name not in present),
-            ]
+            headers = MutableHeaders(scope=message)
+            for name, value in HEADERS.items():
+                headers.setdefault(name, value)
         await send(message)
 
     return send_with_headers

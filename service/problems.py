@@ -16,7 +16,13 @@ from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
-from omnimate.service.errors import InvalidValueError, MediaTypeError, ServiceError, StateError
+from omnimate.service.errors import (
+    InvalidValueError,
+    MediaTypeError,
+    ServiceError,
+    StateError,
+    UnavailableError,
+)
 from omnimate.service.request_ids import HEADER, request_id
 from omnimate.service.validation import wrong_values
 from omnimate.vehicle.errors import OmnimateError
@@ -71,16 +77,13 @@ def problem_response(
     headers: dict[str, str] | None = None,
 ) -> JSONResponse:
     """Return a problem detail as a response."""
-    body: dict[str, Any] = {"type": "about:blank", "title": title, "status": status, "detail": detail}
-    if possible is not None:
-        body["possible"] = list(possible)
-    if errors is not None:
-        body["errors"] = errors
     identity = request_id.get()
     if identity is not None:
-        body["request_id"] = identity
         headers = {**(headers or {}), HEADER: identity}
-    return JSONResponse(body, status, headers, MEDIA)
+    body: dict[str, Any] = {"type": "about:blank", "title": title, "status": status, "detail": detail}
+    body |= {"possible": possible, "errors": errors, "request_id": identity}
+    shown = {name: value for name, value in body.items() if value is not None}
+    return JSONResponse(shown, status, headers, MEDIA)
 
 
 def install(app: FastAPI) -> None:
@@ -95,8 +98,8 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(Exception, _unexpected)
 
 
-async def _of_service(_request: Request, error: Exception) -> JSONResponse:
-    assert isinstance(error, ServiceError)
+def response_of(error: ServiceError) -> JSONResponse:
+    """Return the answer to an error of the service."""
     possible = error.possible if isinstance(error, StateError) else None
     errors = (
         [{"where": error.where, "problem": error.problem}] if isinstance(error, InvalidValueError) else None
@@ -104,6 +107,11 @@ async def _of_service(_request: Request, error: Exception) -> JSONResponse:
     return problem_response(
         error.status, error.title, str(error), possible=possible, errors=errors, headers=error.headers
     )
+
+
+async def _of_service(_request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, ServiceError)
+    return response_of(error)
 
 
 async def _of_rooms(_request: Request, error: Exception) -> JSONResponse:
@@ -117,8 +125,8 @@ async def _of_validation(request: Request, error: Exception) -> JSONResponse:
     kind = request.headers.get("content-type")
     if any(isinstance(invalid["input"], bytes) for invalid in error.errors()):  # a body that was not parsed
         sent = "no Content-Type" if kind is None else f"content type {kind!r}"
-        return await _of_service(
-            request, MediaTypeError(f"{sent}; send the header Content-Type: application/json with the body")
+        return response_of(
+            MediaTypeError(f"{sent}; send the header Content-Type: application/json with the body")
         )
     if ("header", "if-match") in missing:
         return problem_response(
@@ -159,18 +167,14 @@ async def _of_database(_request: Request, error: Exception) -> JSONResponse:
         getattr(cause, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL
         or getattr(cause, "sqlstate", None) == "53100"  # PostgreSQL's disk_full
     )
-    return _unavailable(DISK_FULL if full else "the database did not answer; try again")
+    return response_of(UnavailableError(DISK_FULL if full else "the database did not answer; try again"))
 
 
 async def _of_files(request: Request, error: Exception) -> JSONResponse:
     if getattr(error, "errno", None) not in {errno.ENOSPC, errno.EDQUOT}:
         return await _unexpected(request, error)
     _log.error("a file was not written: %s", error)
-    return _unavailable(DISK_FULL)
-
-
-def _unavailable(detail: str) -> JSONResponse:
-    return problem_response(503, "Not now", detail, headers={"Retry-After": "2"})
+    return response_of(UnavailableError(DISK_FULL))
 
 
 async def _unexpected(_request: Request, error: Exception) -> JSONResponse:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from sqlalchemy.orm import Session
 
-    from omnimate.fleet.report import BadPlace, DailyReport
+    from omnimate.fleet.report import DailyReport
 
 
 def note_findings(db: Session, fleet: str, report: DailyReport) -> None:
@@ -59,24 +59,15 @@ def _named(fleet: str, report: DailyReport) -> Iterator[FindingRow]:
     for change in report.faulty:
         yield _finding(fleet, report.day, "robot", change.name, describe_change(change), robot=change.robot)
     for place in report.places:
-        yield _finding(fleet, report.day, "place", place.effect, describe_place(place), place=place)
+        where = {"x": place.x, "y": place.y, "floor": place.floor}
+        yield _finding(fleet, report.day, "place", place.effect, describe_place(place), **where)
 
 
-def _finding(
-    fleet: str,
-    day: str,
-    kind: str,
-    what: str,
-    says: str,
-    *,
-    robot: str | None = None,
-    place: BadPlace | None = None,
-) -> FindingRow:
+def _finding(fleet: str, day: str, kind: str, what: str, says: str, **about: object) -> FindingRow:
     now = time.time()
-    x, y, floor = (place.x, place.y, place.floor) if place else (None, None, None)
     return FindingRow(
-        id=secrets.token_hex(8), fleet=fleet, kind=kind, state="open", robot=robot, what=what, x=x, y=y,
-        floor=floor, says=says, first=day, last=day, created=now, changed=now,
+        id=secrets.token_hex(8), fleet=fleet, kind=kind, state="open", what=what, says=says, first=day,
+        last=day, created=now, changed=now, **about,
     )  # fmt: skip
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Generic, TypeVar
 
-from fastapi import Header, Query
+from fastapi import Header, Query, Request
 from pydantic import BaseModel
 
+from omnimate.service.errors import MediaTypeError
 from omnimate.service.problems import documented
 from omnimate.service.umbmark.models import Id
 
@@ -29,6 +30,19 @@ class Done(BaseModel):
     """A confirmation."""
 
     done: str
+
+
+def require_type(request: Request, types: tuple[str, ...], of: str) -> None:
+    """Check the content type of a request's body; the first of the types is that of a body without one.
+
+    Raises:
+        MediaTypeError: it is none of the types; `of` says what to send, for the message.
+    """
+    kind = request.headers.get("content-type", types[0]).partition(";")[0].strip().lower()
+    if kind not in types:
+        raise MediaTypeError(
+            f"content type {kind!r}; send the header Content-Type: {types[0]} with {of} (curl --data-binary)"
+        )
 
 
 def etag(content: object) -> str:

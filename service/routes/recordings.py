@@ -12,8 +12,7 @@ from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
 
 from omnimate.service.calls import Answer, Operating, Reading
-from omnimate.service.errors import MediaTypeError
-from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
+from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page, require_type
 from omnimate.service.store.tables import RecordingFileRow, RecordingRow, find_row, read_page
 from omnimate.service.umbmark.models import Id, Name, RowModel
 
@@ -44,21 +43,12 @@ async def zip_of(request: Request) -> bytes:
     Raises:
         MediaTypeError: it is of another content type.
     """
-    _check_zip(request)
+    require_type(request, ZIP_TYPES, "the zip of a recording folder")
     with tempfile.SpooledTemporaryFile(MAX_IN_MEMORY) as spool:
         async for block in request.stream():
             spool.write(block)
         spool.seek(0)
         return spool.read()
-
-
-def _check_zip(request: Request) -> None:
-    kind = request.headers.get("content-type", ZIP_TYPES[0]).partition(";")[0].strip().lower()
-    if kind not in ZIP_TYPES:
-        raise MediaTypeError(
-            f"content type {kind!r}; send the header Content-Type: application/zip with the zip of a "
-            "recording folder (curl --data-binary)"
-        )
 
 
 Zip = Annotated[bytes, Depends(zip_of)]

@@ -35,10 +35,9 @@ def solve_session(session_id: SessionId, call: Operating, body: Solve | None = N
         return samples, make_result(row, samples, vehicle, (body or Solve()).method)
 
     def act(db: Db, computed: tuple[list[SampleRow], Result]) -> Answer:
-        row = sessions.session_for(db, session_id, "solve")
+        row = sessions.session_for(db, session_id, "solve", call.components.settings.lifetime)
         samples, result = computed
         sessions.store_result(db, row, samples, result)
-        sessions.extend_lifetime(row, call.components.settings.lifetime)
         return Answer(result, 200, {"ETag": etag(result.revision)})
 
     response = call.compute_and_change(body, compute, act)
@@ -87,9 +86,8 @@ def accept_result(
     force = (body or Accept()).force
 
     def act(db: Db) -> Answer:
-        row = sessions.session_for(db, session_id, "accept")
+        row = sessions.session_for(db, session_id, "accept", call.components.settings.lifetime)
         version = sessions.accept_result(db, row, revision, force=force)
-        sessions.extend_lifetime(row, call.components.settings.lifetime)
         headers = {"Location": f"/v1/vehicles/{row.vehicle}", "ETag": etag(version.version)}
         return Answer(sessions.session_with_samples(db, row), 200, headers)
 

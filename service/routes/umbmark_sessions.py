@@ -122,8 +122,7 @@ def resume_session(session_id: SessionId, call: Operating) -> Response:
     drives = SessionDrives(call.components)
 
     def act(db: Db) -> Answer:
-        row = sessions.session_for(db, session_id, "resume")
-        sessions.extend_lifetime(row, call.components.settings.lifetime)
+        row = sessions.session_for(db, session_id, "resume", call.components.settings.lifetime)
         drives.prepare(row)
         return Answer(sessions.session_with_samples(db, row))
 
@@ -136,9 +135,8 @@ def abort_session(session_id: SessionId, call: Operating) -> Response:
     call.components.robot.reservation.stop("the session was aborted", session_id)
 
     def act(db: Db) -> Answer:
-        row = sessions.session_for(db, session_id, "abort")
+        row = sessions.session_for(db, session_id, "abort", call.components.settings.lifetime)
         sessions.end_lease(row, "aborted", "aborted")
-        sessions.extend_lifetime(row, call.components.settings.lifetime)
         return Answer(sessions.session_with_samples(db, row))
 
     response = call.change(None, act)
@@ -155,7 +153,7 @@ def add_sample(session_id: SessionId, body: SampleGiven, call: Operating) -> Res
         return [] if isinstance(body, SampleOfFixes) else _squares(call, session_id, body.recording)
 
     def act(db: Db, squares: list[SampleRow]) -> Answer:
-        row = sessions.session_for(db, session_id, "sample")
+        row = sessions.session_for(db, session_id, "sample", call.components.settings.lifetime)
         was_measuring = row.state == "measuring"
         if isinstance(body, SampleOfFixes):
             sample = samples.add_measured_sample(db, row, body)
@@ -163,7 +161,6 @@ def add_sample(session_id: SessionId, body: SampleGiven, call: Operating) -> Res
             recording = find_row(db, RecordingRow, body.recording)  # it may have been deleted meanwhile
             for square in squares:
                 sample = samples.add_sample(db, row, square, recording.name, recording.id)
-        sessions.extend_lifetime(row, call.components.settings.lifetime)
         db.flush()
         if was_measuring:
             _continue_driving(db, row, drives)
@@ -215,9 +212,8 @@ def remove_sample(
     """Remove a run from the session."""
 
     def act(db: Db) -> Answer:
-        row = sessions.session_for(db, session_id, "remove")
+        row = sessions.session_for(db, session_id, "remove", call.components.settings.lifetime)
         samples.remove_sample(db, row, number)
-        sessions.extend_lifetime(row, call.components.settings.lifetime)
         return Answer(Done(done=f"run {number} is removed"))
 
     response = call.change(None, act)

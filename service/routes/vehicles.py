@@ -13,9 +13,9 @@ from starlette.concurrency import run_in_threadpool
 
 from omnimate.calib.exports import ros2_yaml, vda5050_json
 from omnimate.service.calls import Answer, Operating, Reading
-from omnimate.service.errors import InvalidValueError, MediaTypeError, ModifiedError
+from omnimate.service.errors import InvalidValueError, ModifiedError
 from omnimate.service.problems import documented
-from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version
+from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version, require_type
 from omnimate.service.store import vehicles
 from omnimate.service.store.tables import VehicleRow
 from omnimate.service.umbmark.models import NAME_PATTERN, Name, RowModel, TruckSizes
@@ -102,12 +102,7 @@ async def change_vehicle(name: VehicleName, request: Request, call: Operating, i
 
 def _parsed(request: Request, content: bytes) -> tuple[VehicleParameters, str]:
     """Return the vehicle of a request's body, and the body, the text of a vehicle.toml."""
-    kind = request.headers.get("content-type", "application/toml").partition(";")[0].strip().lower()
-    if kind not in TOML_TYPES:
-        raise MediaTypeError(
-            f"content type {kind!r}; send the header Content-Type: application/toml with the text of a "
-            "vehicle.toml (curl --data-binary)"
-        )
+    require_type(request, TOML_TYPES, "the text of a vehicle.toml")
     try:
         text = content.decode()
         vehicle = parse_vehicle(text, "vehicle.toml as it was sent")

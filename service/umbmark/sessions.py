@@ -77,11 +77,7 @@ def start_session(db: Db, request: SessionStart, vehicle: str, lifetime: float) 
         id=secrets.token_hex(8),
         vehicle=vehicle,
         vehicle_version=vehicles.newest(db, vehicle).version,
-        side=request.side,
-        runs=request.runs,
-        how=request.how,
-        speed=request.speed,
-        lifeline=request.lifeline,
+        **request.model_dump(exclude={"vehicle"}),
         state="collecting",
         created=now,
         changed=now,
@@ -93,8 +89,8 @@ def start_session(db: Db, request: SessionStart, vehicle: str, lifetime: float) 
     return row
 
 
-def session_for(db: Db, session_id: str, call: Call) -> SessionRow:
-    """Return a session, locked, on which a call may be carried out.
+def session_for(db: Db, session_id: str, call: Call, lifetime: float) -> SessionRow:
+    """Return a session, locked, for a call that it allows; unused for its lifetime [s], it expires.
 
     Raises:
         NotFoundError: there is no session with this id.
@@ -102,14 +98,10 @@ def session_for(db: Db, session_id: str, call: Call) -> SessionRow:
         StateError: the state of the session does not allow the call.
     """
     row = find_row(db, SessionRow, session_id, for_change=True)
-    require_call(row, call, time.time())
+    now = time.time()
+    require_call(row, call, now)
+    row.changed, row.expires = now, now + lifetime
     return row
-
-
-def extend_lifetime(row: SessionRow, lifetime: float) -> None:
-    """Note that a session was used now, so that it expires `lifetime` [s] later."""
-    row.changed = time.time()
-    row.expires = row.changed + lifetime
 
 
 LEASE = 10.0  # [s]

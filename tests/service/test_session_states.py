@@ -95,7 +95,7 @@ class Session(RuleBasedStateMachine):
             possible = possible_calls(find_row(db, SessionRow, self.id), 0.0)
         try:
             with self.database.writing() as db:
-                act(db, session_for(db, self.id, name))
+                act(db, session_for(db, self.id, name, 1e6))
         except OmnimateError:
             return False
         assert name in possible

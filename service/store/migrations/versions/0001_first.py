@@ -88,12 +88,6 @@ def upgrade() -> None:
     op.create_index("answers_by_age", "answers", ["created"])
 
 
-def downgrade() -> None:
-    """Remove all tables."""
-    for table in ("answers", "keys", "jobs", "recordings", "samples", "sessions", "vehicles"):
-        op.drop_table(table)
-
-
 def _jobs() -> None:
     op.create_table(
         "jobs",

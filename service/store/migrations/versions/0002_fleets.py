@@ -64,13 +64,5 @@ def upgrade() -> None:
         op.create_index(f"{table}_by_age", table, ["created", "id"])
 
 
-def downgrade() -> None:
-    """Remove the tables of fleets."""
-    for table in ("deliveries", "webhooks", "findings", "fleets"):
-        op.drop_table(table)
-    for column in ("priority", "summary", "asked", "fleet", "kind"):
-        op.drop_column("jobs", column)
-
-
 def _age(name: str) -> sa.Column[float]:
     return sa.Column(name, sa.Double(), nullable=False)
