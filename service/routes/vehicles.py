@@ -86,7 +86,7 @@ async def change_vehicle(name: VehicleName, request: Request, call: Operating, i
     vehicle, text = _parsed(request, content)
     if vehicle.name != name:
         raise InvalidValueError("body.name", f"{vehicle.name!r}; expected {name!r}, the name in the path")
-    if expected is not None and not (expected.isascii() and expected.isdigit()):
+    if expected is not None and re.fullmatch("[0-9]{1,9}", expected) is None:
         raise ModifiedError(f"If-Match {expected!r} is no version of a vehicle; GET the vehicle for its ETag")
 
     def act(db: Db) -> Answer:

@@ -68,3 +68,11 @@ def test_what_a_person_wrote_stays_as_it_was_written(client):
     text = text.replace("cold", "warm")
     client.put("/v1/vehicles/written", content=text, headers=headers)
     assert client.get("/v1/vehicles/written/exports/toml").text == text
+
+
+@pytest.mark.parametrize("version", ["9" * 5000, "2", "-1", "1.0"])
+def test_an_if_match_that_names_no_present_version_is_refused(client, version):
+    text = format_vehicle(replace(ROBOT, name="matched"))
+    headers = {"Content-Type": "application/toml", "If-Match": f'"{version}"'}
+    client.post("/v1/vehicles", content=text, headers=headers)
+    assert client.put("/v1/vehicles/matched", content=text, headers=headers).status_code == 412
