@@ -60,7 +60,7 @@ def run_diagnosis(
     """Diagnose recordings; return the result's columns."""
     from omnimate.mismatch import diagnose
     from omnimate.mismatch.report import render
-    from omnimate.service.store.recording_process import load_relative
+    from omnimate.service.store.recordings import load_relative
 
     recordings = [load_relative(place, folder, name) for name, folder in folders]
     diagnosis = diagnose(recordings, progress=lambda done, total, doing: report_progress(done / total, doing))

@@ -45,13 +45,8 @@ class PacedClock(SyncClock):
         """Count the host's time from here on."""
         self._anchor_sync, self._anchor_time = self._next, time.monotonic()
 
-    @property
-    def pace(self) -> float:
-        """How many times faster than the host's time the robot's time passes."""
-        return self._pace
-
-    @pace.setter
-    def pace(self, pace: float) -> None:
+    def set_pace(self, pace: float) -> None:
+        """Let the clock's time pass `pace` times as fast as the host's from now on."""
         self._pace = pace
         self._anchor()
 
@@ -84,7 +79,7 @@ class RobotConnection:
     def set_pace(self, pace: float) -> None:
         """Let the time of a simulated robot pass `pace` times as fast as real time."""
         if self.clock is not None:
-            self.clock.pace = pace
+            self.clock.set_pace(pace)
 
 
 @contextmanager

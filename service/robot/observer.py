@@ -20,14 +20,7 @@ NODES_PERIOD = 1.0  # [s] between two `nodes` events
 
 
 class Observer:
-    """Takes every sample of the robot's thread.
-
-    Attributes:
-        state: The last `state` event.
-        report: The driver's last report of the bus; None before the first one.
-        samples: The number of samples so far.
-        incomplete: The number of samples in which a reading was missing.
-    """
+    """Takes every sample of the robot's thread; its attributes are those of `RobotStatus`."""
 
     def __init__(self, mode: str, reservation: Reservation) -> None:
         self.state: dict[str, Any] = {}
@@ -67,11 +60,22 @@ class Observer:
 
     def _state_event(self, at: float | None, wheels: tuple[float, ...] = ()) -> dict[str, Any]:
         poses = {} if self._localization is None else self._localization.as_event()
-        reservation = self._reservation
-        return {
-            "time": at, "mode": self._mode, "problem": reservation.problem, "driving": reservation.session,
-            "lap": reservation.lap, "wheels": list(wheels), **poses,
-        }  # fmt: skip
+        held = self._reservation
+        return state_event(self._mode, held.problem, at, held.session, held.lap, wheels) | poses
+
+
+def state_event(
+    mode: str,
+    problem: str | None,
+    at: float | None = None,
+    session: str | None = None,
+    lap: str | None = None,
+    wheels: tuple[float, ...] = (),
+) -> dict[str, Any]:
+    """Return the stream's `state` event, without the robot's poses."""
+    return {
+        "time": at, "mode": mode, "problem": problem, "driving": session, "lap": lap, "wheels": list(wheels),
+    }  # fmt: skip
 
 
 def nodes_event(report: DriverReport) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from omnimate.service.errors import UnavailableError
 from omnimate.service.json_log import logs_json
 from omnimate.service.processes import process_context
 from omnimate.service.robot.frame_feed import FrameLines
-from omnimate.service.robot.observer import nodes_event
+from omnimate.service.robot.observer import nodes_event, state_event
 from omnimate.service.robot.robot_server import RobotStatus, run
 
 if TYPE_CHECKING:
@@ -33,9 +33,7 @@ if TYPE_CHECKING:
 CALL_TIMEOUT = 5.0  # [s] for an answer of the robot's process
 HANG_TIMEOUT = 30.0  # [s] without a report after which the process hangs, and is killed
 RESTART_PAUSE = 2.0  # [s] before the process is started again
-CLOSING_TIME = (
-    100.0  # [s] at most for the process to end: on a new machine it may have to finish a compilation
-)
+CLOSING_TIME = 100.0  # [s] at most for the process to end: it may have to finish a compilation
 _log = logging.getLogger(__name__)
 
 
@@ -198,14 +196,7 @@ class RobotProcess:
         """Report that there is no robot, and that the session for which it drove is interrupted."""
         _log.error("%s; it is started again", problem)
         session = self.status.session
-        event: dict[str, Any] = {
-            "time": None,
-            "mode": self.mode,
-            "problem": problem,
-            "driving": None,
-            "lap": None,
-            "wheels": [],
-        }
+        event = state_event(self.mode, problem)
         self.status = RobotStatus(problem, state=event)
         for answer in tuple(self._answers.values()):
             if not answer.done():

@@ -67,7 +67,7 @@ class RobotServer:
     def __init__(self, connection: Connection, robot: RobotThread, changed: queue.Queue[str]) -> None:
         self._connection, self._robot, self._changed = connection, robot, changed
         self._lock, self._ended = threading.Lock(), threading.Event()
-        self._reported: RobotStatus | None = None
+        self._reported: dict[str, Any] = {}
         self._lines: queue.Queue[str] | None = None
         self._reading = ExitStack()
         reservation = robot.reservation
@@ -117,11 +117,8 @@ class RobotServer:
         """Report what has changed, and then answer a call."""
         with self._lock:
             status = self._status()
-            fields = {name: getattr(status, name) for name in RobotStatus.__slots__}
             changes = {
-                name: value
-                for name, value in fields.items()
-                if self._reported is None or value is not getattr(self._reported, name)
+                name: value for name, value in status.items() if value is not self._reported.get(name, self)
             }
             self._reported = status
             lines = [] if self._lines is None else _drained(self._lines)
@@ -129,17 +126,14 @@ class RobotServer:
             if answer is not None:
                 self._connection.send(answer)
 
-    def _status(self) -> RobotStatus:
-        robot, observer = self._robot, self._robot.observer
-        return RobotStatus(
-            problem=robot.problem,
-            session=robot.reservation.session,
-            state=observer.state,
-            report=observer.report,
-            samples=observer.samples,
-            incomplete=observer.incomplete,
-            frames=robot.frame_feed.frames,
-        )
+    def _status(self) -> dict[str, Any]:
+        """Return the fields of `RobotStatus`."""
+        reservation, observer = self._robot.reservation, self._robot.observer
+        return {
+            "problem": reservation.problem, "session": reservation.session, "state": observer.state,
+            "report": observer.report, "samples": observer.samples, "incomplete": observer.incomplete,
+            "frames": self._robot.frame_feed.frames,
+        }  # fmt: skip
 
     def _forward_lines(self, wanted: bool) -> None:
         """Begin or end to report every frame of the bus."""

@@ -38,9 +38,8 @@ class RobotThread:
         reporter: SessionReporter,
         flight_recorder: Path | None = None,
     ) -> None:
-        self.mode = "simulated" if bus is None else "bus"
         self.reservation = Reservation()
-        self.observer = Observer(self.mode, self.reservation)
+        self.observer = Observer("simulated" if bus is None else "bus", self.reservation)
         self.frame_feed = FrameFeed()
         self._bus, self._plant, self._reporter = bus, plant, reporter
         self._flight_recorder = flight_recorder
@@ -51,11 +50,6 @@ class RobotThread:
         self._ending, self._reloading = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="robot", daemon=True)
         self._lease_thread = threading.Thread(target=self._renew_leases, name="lease", daemon=True)
-
-    @property
-    def problem(self) -> str | None:
-        """Why the robot cannot be read; None where it can."""
-        return self.reservation.problem
 
     def start(self) -> None:
         """Start the threads."""

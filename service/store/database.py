@@ -63,11 +63,9 @@ class Database:
         except OperationalError as error:
             raise DatabaseError(shown, f"cannot be opened: {error.orig}") from error
 
-    @contextmanager
-    def reading(self) -> Iterator[Session]:
-        """Yield a session for reading."""
-        with Session(self._reader) as session:
-            yield session
+    def reading(self) -> Session:
+        """Return a session for reading, which ends with its block."""
+        return Session(self._reader)
 
     @contextmanager
     def writing(self) -> Iterator[Session]:

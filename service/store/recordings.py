@@ -1,30 +1,39 @@
-"""Recordings are files, those of sessions and those of fleets; the database says which there are."""
+"""Recordings are files, those of sessions and those of fleets; the database says which there are.
+
+They are read in a separate process, whose memory and time are limited.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import os
 import secrets
 import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import delete, select
 
+from omnimate.files.recordings.folder import load_recording
 from omnimate.fleet.batch.files import open_files
-from omnimate.service.errors import NotFoundError
+from omnimate.service.errors import InvalidValueError, NotFoundError, TooLargeError
+from omnimate.service.jobs.process import running
 from omnimate.service.recording_zip import unpack
-from omnimate.service.store.recording_process import read_in_process
 from omnimate.service.store.tables import RecordingContentRow, RecordingFileRow, RecordingRow
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from omnimate.fleet.batch.files import Files
     from omnimate.service.store.database import Database
     from omnimate.vehicle.recording import Recording
 
 FOLDER = "_recordings"  # no fleet's: their names begin with a letter or a digit
 DAY = 86400.0  # [s]
+MEMORY_LIMIT = 2_000_000_000  # [bytes]; 5 million frames take half of it
+READ_TIMEOUT = 120.0  # [s]; 5 million frames take 4 s
 
 
 class RecordingStore:
@@ -143,3 +152,41 @@ class FleetStores:
     def results_of(self, fleet: str) -> Files:
         """Return the files of a fleet's results."""
         return open_files(self.results(fleet))
+
+
+def read_in_process(
+    root: Path, folder: Path, memory: int = MEMORY_LIMIT, timeout: float = READ_TIMEOUT
+) -> Recording:
+    """Return the recording in a folder; messages name its files as they are seen from `root`.
+
+    Raises:
+        InvalidValueError: the recording cannot be read.
+        TooLargeError: it takes too much memory [bytes] or time [s].
+    """
+    end = time.monotonic() + timeout
+    place = str(root), str(folder.relative_to(root))
+    with running("recording", _read, *place, memory=memory, niceness=0) as process:  # a client waits for it
+        outcome = process.outcome(lambda _message: time.monotonic() < end)
+    if outcome is None:
+        raise TooLargeError(f"this recording was not read within {timeout:g} s; cut it into shorter ones")
+    if "limit" in outcome:
+        raise TooLargeError(f"{outcome['error']}; cut it into shorter ones")
+    if "error" in outcome:
+        raise InvalidValueError("recording", outcome["error"])
+    if "recording" not in outcome:
+        raise TooLargeError(f"this recording cannot be read: {outcome['died']}; cut it into shorter ones")
+    recording: Recording = outcome["recording"]
+    return recording
+
+
+def load_relative(root: str, folder: str, source: str) -> Recording:
+    """Return the recording in a folder of `root`, where this process then works.
+
+    Errors name its files relative to `root`, so that they do not reveal paths of this machine.
+    """
+    os.chdir(root)
+    return replace(load_recording(Path(folder)), source=source)
+
+
+def _read(_report: Callable[[float, str], None], root: str, folder: str) -> dict[str, Any]:
+    return {"recording": load_relative(root, folder, folder)}

@@ -16,6 +16,7 @@ from omnimate.vehicle.file import format_vehicle, parse_vehicle
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from sqlalchemy import Select
     from sqlalchemy.orm import Session
 
     from omnimate.vehicle.parameters import VehicleParameters
@@ -27,12 +28,14 @@ def newest(db: Session, name: str) -> VehicleRow:
     Raises:
         NotFoundError: there is no vehicle of this name.
     """
-    row = db.scalars(
-        select(VehicleRow).where(VehicleRow.name == name).order_by(VehicleRow.version.desc()).limit(1)
-    ).first()
+    row = db.scalars(_newest_first(name).limit(1)).first()
     if row is None:
         raise NotFoundError("vehicle", name)
     return row
+
+
+def _newest_first(name: str) -> Select[VehicleRow]:
+    return select(VehicleRow).where(VehicleRow.name == name).order_by(VehicleRow.version.desc())
 
 
 def version(db: Session, name: str, number: int) -> VehicleRow:
@@ -53,10 +56,10 @@ def versions(db: Session, name: str) -> Sequence[VehicleRow]:
     Raises:
         NotFoundError: there is no vehicle of this name.
     """
-    newest(db, name)
-    return db.scalars(
-        select(VehicleRow).where(VehicleRow.name == name).order_by(VehicleRow.version.desc())
-    ).all()
+    rows = db.scalars(_newest_first(name)).all()
+    if not rows:
+        raise NotFoundError("vehicle", name)
+    return rows
 
 
 def newest_of_all(db: Session) -> Sequence[VehicleRow]:

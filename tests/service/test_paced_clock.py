@@ -24,7 +24,7 @@ def now():
 @given(pace=st.floats(0.1, 1000.0), syncs=st.integers(0, 50))
 def test_a_sync_is_due_when_pace_times_the_hosts_time_has_passed(now, pace, syncs):
     clock = PacedClock(PERIOD, 0.0)
-    clock.pace = pace
+    clock.set_pace(pace)
     for _ in range(syncs):
         clock.sync()
     assert clock.due() == pytest.approx(syncs * PERIOD / pace, abs=1e-9)
@@ -33,7 +33,7 @@ def test_a_sync_is_due_when_pace_times_the_hosts_time_has_passed(now, pace, sync
 def test_a_change_of_pace_does_not_move_the_syncs_before_it(now):
     clock = PacedClock(PERIOD, 0.0)
     clock.sync()
-    clock.pace = 10.0
+    clock.set_pace(10.0)
     assert clock.due() == pytest.approx(0.0)
     clock.sync()
     assert clock.due() == pytest.approx(PERIOD / 10.0)

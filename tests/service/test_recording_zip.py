@@ -15,8 +15,7 @@ from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.service.errors import InvalidValueError, MediaTypeError, ServiceError, TooLargeError
 from omnimate.service.recording_zip import MAX_FILES, pack, unpack
-from omnimate.service.store.recording_process import read_in_process
-from omnimate.service.store.recordings import RecordingStore
+from omnimate.service.store.recordings import RecordingStore, read_in_process
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth

@@ -5,7 +5,7 @@ from threading import Event
 
 import pytest
 
-from omnimate.service.store.recording_process import read_in_process
+from omnimate.service.store.recordings import read_in_process
 from omnimate.service.umbmark import result
 
 PATIENCE = 60.0  # [s] after which a call counts as blocked
