@@ -88,7 +88,6 @@ def problem_response(
 
 def install(app: FastAPI) -> None:
     """Let an application answer every error with a problem detail."""
-    app.add_exception_handler(ServiceError, _of_service)
     app.add_exception_handler(OmnimateError, _of_rooms)
     app.add_exception_handler(RequestValidationError, _of_validation)
     app.add_exception_handler(HTTPException, _of_http)
@@ -109,13 +108,10 @@ def response_of(error: ServiceError) -> JSONResponse:
     )
 
 
-async def _of_service(_request: Request, error: Exception) -> JSONResponse:
-    assert isinstance(error, ServiceError)
-    return response_of(error)
-
-
 async def _of_rooms(_request: Request, error: Exception) -> JSONResponse:
-    """Answer an error of another room, which explains what is wrong with the request."""
+    """Answer an error of this room, or of another one, which explains what is wrong with the request."""
+    if isinstance(error, ServiceError):
+        return response_of(error)
     return problem_response(422, "Not usable", str(error))
 
 

@@ -19,12 +19,9 @@ State = Literal[
 ]
 Call = Literal["sample", "remove", "solve", "accept", "resume", "abort"]
 
-Metre = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False, description="[m]")]
-Range = Annotated[float, Field(gt=0.0, le=100.0, allow_inf_nan=False, description="[m]")]
-Radian = Annotated[
-    float,
-    Field(ge=-2.0 * math.pi, le=2.0 * math.pi, allow_inf_nan=False, description="[rad], counter-clockwise"),
-]
+Metre = Annotated[float, Field(ge=-1000.0, le=1000.0, description="[m]")]
+Range = Annotated[float, Field(gt=0.0, le=100.0, description="[m]")]
+Radian = Annotated[float, Field(ge=-math.tau, le=math.tau, description="[rad], counter-clockwise")]
 NAME_PATTERN = r"^[^\x00-\x1f/\\]{1,100}$"
 Name = Annotated[str, Field(min_length=1, max_length=100, pattern=NAME_PATTERN)]
 FiniteOrNull = Annotated[
@@ -34,9 +31,9 @@ Id = Annotated[str, Field(min_length=1, max_length=32, pattern=r"^[0-9a-z]+$")]
 
 
 class RequestModel(BaseModel):
-    """The body of a request; a field that is not known is refused."""
+    """The body of a request; a field that is not known is refused, and a number that is not finite."""
 
-    model_config = ConfigDict(extra="forbid", str_strip_whitespace=True)
+    model_config = ConfigDict(extra="forbid", str_strip_whitespace=True, allow_inf_nan=False)
 
 
 class RowModel(BaseModel):
@@ -99,9 +96,7 @@ class SessionStart(RequestModel):
     vehicle: Annotated[
         Name | None, Field(description="The name of the vehicle. Default: the vehicle on the service's bus.")
     ] = None
-    side: Annotated[
-        float, Field(ge=0.2, le=100.0, allow_inf_nan=False, description="The side of the square [m].")
-    ] = 4.0
+    side: Annotated[float, Field(ge=0.2, le=100.0, description="The side of the square [m].")] = 4.0
     runs: Annotated[
         int, Field(ge=1, le=50, description="The number of runs that are wanted in each direction.")
     ] = 5
@@ -109,10 +104,7 @@ class SessionStart(RequestModel):
     speed: Annotated[
         float,
         Field(
-            ge=0.02,
-            le=2.0,
-            allow_inf_nan=False,
-            description="The speed of the wheels when the service drives the robot [m/s].",
+            ge=0.02, le=2.0, description="The speed of the wheels when the service drives the robot [m/s]."
         ),
     ] = 0.4
     lifeline: Annotated[
@@ -120,7 +112,6 @@ class SessionStart(RequestModel):
         Field(
             ge=1.0,
             le=3600.0,
-            allow_inf_nan=False,
             description="When the service drives the robot: it stops when no client has asked for the "
             "session for this time [s]. Null: it never stops for this reason.",
         ),

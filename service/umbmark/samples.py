@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session as Db
 
     from omnimate.service.store.tables import SessionRow
-    from omnimate.service.umbmark.models import Direction, Fix, SampleOfFixes, Walls
+    from omnimate.service.umbmark.models import Direction, Fix, SampleOfFixes
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
@@ -162,12 +162,9 @@ def pose_of(fix: Fix, where: str) -> Array:
     Raises:
         InvalidValueError: no pose has such distances to the walls.
     """
-    if isinstance(fix, ByWalls):
-        return _pose_by_walls(fix.walls, where)
-    return np.array([fix.x, fix.y, math.nan if fix.theta is None else fix.theta], np.float64)
-
-
-def _pose_by_walls(walls: Walls, where: str) -> Array:
+    if not isinstance(fix, ByWalls):
+        return np.array([fix.x, fix.y, math.nan if fix.theta is None else fix.theta], np.float64)
+    walls = fix.walls
     sonar = Sonar(**walls.geometry.model_dump())
     pose = sonar.solve(np.array([walls.right_front, walls.right_rear, walls.behind]))
     if not np.isfinite(pose).all():

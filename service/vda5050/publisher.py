@@ -15,7 +15,7 @@ from omnimate.service.vda5050.messages import Sender, action_state, connection, 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from paho.mqtt.client import Client, MQTTMessage
+    from paho.mqtt.client import Client, MQTTMessage, MQTTMessageInfo
 
     from omnimate.service.robot.robot_process import RobotProcess
     from omnimate.service.vda5050.factsheet import Factsheet
@@ -75,7 +75,7 @@ class Publisher:
             return
         self._thread.join(2.0)
         if self._client.is_connected():
-            self._publish("connection", connection("OFFLINE"), qos=1, retain=True, timeout=1.0)
+            self._publish("connection", connection("OFFLINE")).wait_for_publish(1.0)
         self._client.disconnect()
         self._client.loop_stop()
 
@@ -90,7 +90,7 @@ class Publisher:
 
     def _go_online(self) -> None:
         """Publish ONLINE, subscribe to instant actions, and have state and factsheet sent again."""
-        self._publish("connection", connection("ONLINE"), qos=1, retain=True)
+        self._publish("connection", connection("ONLINE"))
         self._client.subscribe(self._sender.topic("instantActions"))
         with self._lock:
             self._sent_state, self._sent_wheels = {}, {}
@@ -129,20 +129,11 @@ class Publisher:
             self._sent_state, self._sent_at = content, now
         self._publish("state", content)
 
-    def _publish(
-        self,
-        name: str,
-        content: dict[str, Any],
-        *,
-        qos: int = 0,
-        retain: bool = False,
-        timeout: float | None = None,
-    ) -> None:
-        """Publish a message; `timeout` is how long to wait until it has left [s]."""
+    def _publish(self, name: str, content: dict[str, Any]) -> MQTTMessageInfo:
+        """Publish a message; the broker keeps that of the connection, as the standard asks."""
         text = json.dumps(self._sender.message(name, content, time.time()), allow_nan=False)
-        published = self._client.publish(self._sender.topic(name), text, qos, retain)
-        if timeout is not None:
-            published.wait_for_publish(timeout)
+        is_kept = name == "connection"
+        return self._client.publish(self._sender.topic(name), text, qos=int(is_kept), retain=is_kept)
 
 
 def _client(url: str) -> tuple[Client, str, int]:
