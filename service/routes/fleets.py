@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter
 from fastapi import Path as PathParameter
 from fastapi.responses import Response
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session as Db
 
 from omnimate.service.calls import Answer, Operating, Reading
@@ -34,9 +35,11 @@ def create_fleet(body: FleetStart, call: Operating) -> Response:
     row = FleetRow(id=body.name, created=time.time())
 
     def act(db: Db, view: Fleet) -> Answer:
-        if db.get(FleetRow, row.id) is not None:
-            raise StateError(f"fleet {row.id!r} exists already")
         db.add(row)
+        try:
+            db.flush()
+        except IntegrityError as error:
+            raise StateError(f"fleet {body.name!r} exists already") from error
         return Answer(view, 201, {"Location": f"{PREFIX}/{row.id}"})
 
     results = call.components.stores.results_of(row.id)

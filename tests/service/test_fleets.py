@@ -6,6 +6,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from sqlalchemy.orm import Session
 
 from omnimate.fleet.hall.hall import draw_hall, write_store
 from omnimate.fleet.report_store import write_report
@@ -53,6 +54,18 @@ def zipped(members):
         for name, content in members.items():
             archive.writestr(name, content)
     return buffer.getvalue()
+
+
+def test_of_two_requests_at_once_that_make_the_same_fleet_the_second_is_refused(client, monkeypatch):
+    find = Session.get
+
+    def get(db, table, *key, **options):
+        return None if table is FleetRow else find(db, table, *key, **options)
+
+    answers = [client.post(PATH, json={"name": "made-once"})]
+    monkeypatch.setattr(Session, "get", get)  # a transaction does not see what another has not committed yet
+    answers.append(client.post(PATH, json={"name": "made-once"}))
+    assert [answer.status_code for answer in answers] == [201, 409]
 
 
 @pytest.mark.slow
