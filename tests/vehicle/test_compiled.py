@@ -2,6 +2,7 @@
 
 import importlib
 import os
+import shutil
 import subprocess
 import sys
 from typing import Annotated
@@ -162,6 +163,20 @@ def test_a_change_below_is_compiled_anew_although_no_date_tells_of_it(modules, o
     back = modules(above=ABOVE, below=BELOW)
     assert back.outer(4.0) == 9.0
     assert hits(back.outer) == 1
+
+
+@pytest.mark.usefixtures("cache")
+def test_another_copy_of_the_same_code_takes_it_from_the_disk(modules, tmp_path, monkeypatch):
+    """As another checkout of a release, or its installation in another environment."""
+    assert modules(above=ABOVE, below=BELOW).outer(3.0) == 7.0
+    copy = shutil.copytree(tmp_path / "modules", tmp_path / "copy", copy_function=shutil.copyfile)
+    monkeypatch.syspath_prepend(str(copy))
+    for name in ("above", "below"):
+        sys.modules.pop(name)
+    outer = importlib.import_module("above").outer
+    assert outer.__wrapped__.__code__.co_filename.startswith(str(copy))
+    assert outer(3.0) == 7.0
+    assert hits(outer) == 1
 
 
 @pytest.mark.usefixtures("cache")
