@@ -7,7 +7,7 @@ INSTALL := $(BIN)/python -m pip install --quiet
 # Tests and pages start hundreds of processes; each would compile all that it imports, for seconds.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-all test-touched coverage mutation lint types smoke check commits constraints bench docs clean
+.PHONY: demo test test-all test-touched coverage mutation mutation-touched lint types smoke check commits constraints bench docs clean
 
 demo: $(VENV)/.installed .mypy_path/omnimate
 	$(BIN)/omnimate demo --out demo-out
@@ -37,6 +37,10 @@ coverage: test
 # What the tests of the files in .ci/mutation.toml do not notice; of all, or of FILE.
 mutation: $(VENV)/.installed-dev
 	$(BIN)/python .ci/mutation.py $(FILE)
+
+# The same of the listed files that differ from the commit BASE, or whose tests do.
+mutation-touched: $(VENV)/.installed-dev
+	$(BIN)/python .ci/mutation.py --touched-since $(BASE)
 
 lint: $(VENV)/.installed-dev .mypy_path/omnimate
 	$(BIN)/ruff check .

@@ -3,10 +3,12 @@
 The changes are cosmic-ray's, and the removal of single statements. Each is tried in a copy of the checkout in
 which compiled functions are plain Python. `mutation.toml` lists files, their tests, and the survivors that
 change no behaviour; with another survivor, or without one of these, the exit code is 1.
+`--touched-since COMMIT` takes the listed files that differ from a commit, or whose tests do.
 """
 
 from __future__ import annotations
 
+import argparse
 import difflib
 import os
 import shutil
@@ -116,8 +118,19 @@ def passes(file: str, timeout: int, source: str) -> bool:
     return os.waitpid(child, 0)[1] == 0
 
 
+def touched_since(commit: str) -> list[str]:
+    """Return the listed files that differ from a commit, or whose tests do."""
+    command = ["git", "diff", "--name-only", "--diff-filter=AM", "--find-renames", commit]
+    changes = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    touched = set(changes.stdout.splitlines())
+    return [
+        file for file, tests in CONFIGURATION["tests"].items() if touched.intersection((file, *tests.split()))
+    ]
+
+
 def examine(file: str) -> int:
     """Print the survivors of a file that have no reason, and return the number of errors."""
+    start = time.monotonic()
     source = (ROOT / file).read_text(encoding="utf-8")
     excused = {(entry["was"], entry["becomes"]) for entry in CONFIGURATION["equivalent"].get(file, ())}
     found = mutants(source)
@@ -135,9 +148,15 @@ def examine(file: str) -> int:
     for was, becomes in sorted(stale):
         print(f"  listed, yet no survivor: {was}\n        as: {becomes}")
     counts = f"{len(found) - len(survivors)} killed, {len(survivors) - len(unexcused)} equivalent"
-    print(f"{file}: {len(found)} mutants, {counts}, {len(unexcused)} survived", flush=True)
+    seconds = time.monotonic() - start
+    print(f"{file}: {len(found)} mutants, {counts}, {len(unexcused)} survived, {seconds:.0f} s", flush=True)
     return len(unexcused) + len(stale)
 
 
 if __name__ == "__main__":
-    sys.exit(sum(map(examine, sys.argv[1:] or CONFIGURATION["tests"])) > 0)
+    parser = argparse.ArgumentParser()
+    parser.add_argument("files", nargs="*", default=list(CONFIGURATION["tests"]))
+    parser.add_argument("--touched-since", metavar="COMMIT")
+    arguments = parser.parse_args()
+    commit = arguments.touched_since
+    sys.exit(sum(map(examine, arguments.files if commit is None else touched_since(commit))) > 0)
