@@ -9,7 +9,8 @@ import numpy as np
 
 from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.averaged import averaged
-from omnimate.mismatch.answer.doubts import SUREST, surest_names, surest_unknown
+from omnimate.mismatch.answer.constancy import changing_error
+from omnimate.mismatch.answer.doubts import EVEN, SUREST, surest_names, surest_unknown
 from omnimate.mismatch.answer.drawn import evidence_of
 from omnimate.mismatch.answer.omnibus import RELEVANT, leftover
 from omnimate.mismatch.answer.repeats import repeats_of
@@ -40,6 +41,8 @@ from omnimate.mismatch.scans.nonlinear import spreads
 if TYPE_CHECKING:
     from collections.abc import Container, Sequence
 
+    from omnimate.effects.effect import Effect
+    from omnimate.mismatch.answer.constancy import RollingError
     from omnimate.mismatch.answer.omnibus import Leftover
     from omnimate.mismatch.answer.rivals import Rivalry
     from omnimate.mismatch.candidates.regression import Regression
@@ -183,6 +186,9 @@ def _finding(
     )
     names = [effect.name, *(other.effect for other in others)]
     unknown = effect.name == UNKNOWN
+    error = changing_error(fit, number)
+    if error is not None:
+        return _changing(effect, error, rivals.probability, explained, channels_of(regression, part_of))
     return Finding(
         effect.name,
         effect.component,
@@ -201,6 +207,24 @@ def _finding(
         (PUSH_REGIME,) if unknown else (),
         "; ".join(drives_for(names)) if any(other.probability > 0.05 for other in others) else "",
         repeats,
+    )
+
+
+def _changing(
+    effect: Effect, error: RollingError, probability: float, explained: float, channels: tuple[str, ...]
+) -> Finding:
+    """Return a wheel's number that is not constant as a finding without a name."""
+    return Finding(
+        UNKNOWN,
+        effect.component,
+        min(probability, SUREST),
+        (Alternative(effect.name, effect.component, min(1.0 - probability, EVEN)),),
+        Where(channels, (), "time"),
+        explained=min(1.0, max(0.0, explained)),
+        says="Something that no effect of the library explains acts on "
+        f"{component_in_words(effect.component)}: it rolls {error.begin:+.3%} more per turn than "
+        f"vehicle.toml says at the beginning, and {error.end:+.3%} at the end.",
+        depends_on=("time",),
     )
 
 

@@ -63,6 +63,12 @@ def nuisances(windows: Sequence[Windows]) -> list[Columns]:
     return columns
 
 
+def drift_waves(count: int) -> Array:
+    """Return waves `(count, MODES)` over a recording of which a wheel's slow change is made, as shares."""
+    phase = np.linspace(0.0, np.pi, count)
+    return np.asarray(DRIFT * np.cos(np.outer(phase, range(1, MODES + 1))))
+
+
 def add_nuisances(regression: Regression) -> slice:
     """Add the columns of `nuisances` to a regression; return where they are."""
     columns = nuisances(regression.windows)
@@ -128,9 +134,8 @@ def _unforeseen(values: Array) -> Array:
 
 
 def _drifts(windows: Windows) -> list[Columns]:
-    """Return the columns of wheels whose radius changes slowly."""
-    phase = np.linspace(0.0, np.pi, len(windows.signals.block))
-    waves = DRIFT * np.cos(np.outer(phase, range(1, MODES + 1)))
+    """Return the columns of wheels whose radius changes slowly: the first ones, `MODES` of each wheel."""
+    waves = drift_waves(len(windows.signals.block))
     found = []
     for wheel in range(len(windows.signals.recording.vehicle.wheels)):
         push, seen = wheels_roll(windows, (wheel,), waves)

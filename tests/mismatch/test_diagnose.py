@@ -108,3 +108,11 @@ def test_a_search_that_is_ended_by_its_budget_still_answers_and_says_so(drive, e
     assert answer.verdict == "mismatch"
     assert "budget" in answer.says
     assert answer.as_json()["complete"] is False
+
+
+def test_a_wheel_that_warms_up_is_no_wrong_diameter(diagnosed, effect):
+    warming = effect("law", "a.left", acts_on="travel", formula="0.006 * (1 - exp(-way / 8))")
+    (finding,) = diagnosed(warming).findings
+    assert finding.key == ("unknown", "a.left")
+    assert finding.depends_on == ("time",)
+    assert "+0." in finding.says
