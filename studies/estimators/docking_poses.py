@@ -70,15 +70,10 @@ def spread_on(data: DriveSet, kinematics: Kinematics, place: Array, covariance: 
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """How a robot differs from set to set.
+    """How a robot differs from set to set."""
 
-    Attributes:
-        mean: Mean of the sets' coordinates, `(P,)`.
-        covariance: Of yet another set around it, `(P, P)`: of the sets, and of their mean.
-    """
-
-    mean: Array
-    covariance: Array
+    mean: Array  # mean of the sets' coordinates, `(P,)`
+    covariance: Array  # of yet another set around it, `(P, P)`: of the sets, and of their mean
 
 
 def spread_of(calibrations: Sequence[PathCalibration]) -> Spread:

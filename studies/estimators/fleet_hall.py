@@ -58,26 +58,19 @@ SAME = 1.0  # [m] within which a found place is taken for a true one
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came out.
+    """What came out."""
 
-    Attributes:
-        places: Places found, each with the distance to the true one that it is taken for [m]; inf for none.
-        missed: True places with none found near, with the number of segments over each within the week.
-        judged: Robot-days judged.
-        false: Robots reported as faulty that are healthy, with the day.
-        waits: Of each faulty robot whose fault is of a kind that is seen: days from its 10 sigma to its
-            report; None where it was not reported.
-        named: Of the faulty ones reported: whether the right number is named.
-        unseen: Faulty robots whose fault is of another kind, and whether they were reported.
-    """
-
+    # places found, each with the distance to the true one that it is taken for [m]; inf for none
     places: list[tuple[BadPlace, float]]
+    # true places with none found near, with the number of segments over each within the week
     missed: list[tuple[Place, int]]
-    judged: int
-    false: list[tuple[int, Change]]
+    judged: int  # robot-days judged
+    false: list[tuple[int, Change]]  # robots reported as faulty that are healthy, with the day
+    # of each faulty robot whose fault is of a kind that is seen: days from its 10 sigma to its report; None
+    # where it was not reported
     waits: dict[str, int | None]
-    named: dict[str, bool]
-    unseen: dict[str, bool]
+    named: dict[str, bool]  # of the faulty ones reported: whether the right number is named
+    unseen: dict[str, bool]  # faulty robots whose fault is of another kind, and whether they were reported
 
     @property
     def right(self) -> float:
@@ -119,19 +112,12 @@ def beginning(recording: Recording, seconds: float) -> Recording:
 
 @dataclass(frozen=True, slots=True)
 class Laps:
-    """Who drives: each robot one lap a day, in some processes.
+    """Who drives: each robot one lap a day, in some processes."""
 
-    Attributes:
-        hall: The hall.
-        minutes: Time of a lap, about [min].
-        linkage: Time of each lap that the filter of the joints sees [s].
-        pool: The processes.
-    """
-
-    hall: Hall
-    minutes: float
-    linkage: float
-    pool: Pool
+    hall: Hall  # the hall
+    minutes: float  # time of a lap, about [min]
+    linkage: float  # time of each lap that the filter of the joints sees [s]
+    pool: Pool  # the processes
 
     def of_day(self, day: int) -> list[RecordingFeatures]:
         """Return the laps of all robots on a day."""

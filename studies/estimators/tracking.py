@@ -42,17 +42,11 @@ STILL = 2e-3  # [m] of the way within which the poses before a drive are average
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What was measured of one case.
+    """What was measured of one case."""
 
-    Attributes:
-        what: Name of the case.
-        errors: Root mean square of the distance along the drive by each method and prior [m].
-        nees: NEES by each prior.
-    """
-
-    what: str
-    errors: dict[str, float]
-    nees: dict[str, float]
+    what: str  # name of the case
+    errors: dict[str, float]  # root mean square of the distance along the drive by each method and prior [m]
+    nees: dict[str, float]  # NEES by each prior
 
     @property
     def best(self) -> float:
@@ -66,17 +60,11 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Judge:
-    """Poses of truck a from outside, from the pose at the start on.
+    """Poses of truck a from outside, from the pose at the start on."""
 
-    Attributes:
-        time: Time of each pose [s], shape `(K,)`.
-        pose: Poses in the frame of the first [m, m, rad], shape `(K, 3)`.
-        sigma: Their standard deviations, those of the first pose included, shape `(K, 3)`.
-    """
-
-    time: Array
-    pose: Array
-    sigma: Array
+    time: Array  # time of each pose [s], shape `(K,)`
+    pose: Array  # poses in the frame of the first [m, m, rad], shape `(K, 3)`
+    sigma: Array  # their standard deviations, those of the first pose included, shape `(K, 3)`
 
 
 def judge_of(recording: Recording) -> Judge:

@@ -56,17 +56,13 @@ STRIKE = 0.05  # [m]
 
 
 class World(NamedTuple):
-    """A world whose drives are written into a folder.
+    """A world whose drives are written into a folder."""
 
-    Attributes:
-        cases: Function that returns the number and the content of each case, in order.
-        write: Function of folder, seed, number and content that writes a case and returns its label.
-        inside: Where the recording is in a case's folder.
-    """
-
+    # function that returns the number and the content of each case, in order
     cases: Callable[[], Iterable[tuple[int, Any]]]
+    # function of folder, seed, number and content that writes a case and returns its label
     write: Callable[[Path, int, int, Any], dict[str, Any]]
-    inside: str = "1"
+    inside: str = "1"  # where the recording is in a case's folder
 
 
 def drives_of(world: str, folder: Path, seed: int = SEED) -> Drives:

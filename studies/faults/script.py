@@ -25,21 +25,15 @@ LONGEST = 4.0  # [s] of a fault
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One fault.
+    """One fault."""
 
-    Attributes:
-        kind: One of `NODE_FAULTS`; of `BUS_FAULTS`: the adapter is away, with the power of the devices too;
-            frames come in a late burst, or some are lost; another device sends SYNC; of `DISK_FAULTS`: the
-            disk takes nothing; the driver's computer loses its power while blocks wait to be written.
-        at: When it begins, after the start of the session [s].
-        duration: How long it lasts [s].
-        node: Node that it is of; 0 for the bus or the disk.
-    """
-
+    # one of `NODE_FAULTS`; of `BUS_FAULTS`: the adapter is away, with the power of the devices too; frames
+    # come in a late burst, or some are lost; another device sends SYNC; of `DISK_FAULTS`: the disk takes
+    # nothing; the driver's computer loses its power while blocks wait to be written
     kind: str
-    at: float
-    duration: float = 0.0
-    node: int = 0
+    at: float  # when it begins, after the start of the session [s]
+    duration: float = 0.0  # how long it lasts [s]
+    node: int = 0  # node that it is of; 0 for the bus or the disk
 
     def concerns(self, *nodes: int) -> bool:
         """Return whether what is seen at one of these nodes, 0 for the bus, may come from it."""
@@ -50,20 +44,13 @@ class Fault:
 
 @dataclass(frozen=True, slots=True)
 class Script:
-    """A session: a robot, the seed of its commands and lost frames, and its faults in order of time.
+    """A session: a robot, the seed of its commands and lost frames, and its faults in order of time."""
 
-    Attributes:
-        robot: Key of `ROBOTS`.
-        seed: Seed of commands, lost frames and torn blocks.
-        faults: Faults in order of time.
-        length: Length [s].
-        restarts: When the operator stops the robot, and enables its drives again or opens another driver [s].
-    """
-
-    robot: Literal["single", "double"]
-    seed: int
-    faults: tuple[Fault, ...]
-    length: float = LENGTH
+    robot: Literal["single", "double"]  # key of `ROBOTS`
+    seed: int  # seed of commands, lost frames and torn blocks
+    faults: tuple[Fault, ...]  # faults in order of time
+    length: float = LENGTH  # length [s]
+    # when the operator stops the robot, and enables its drives again or opens another driver [s]
     restarts: tuple[float, ...] = ()
 
 

@@ -43,25 +43,16 @@ SHORTEST_STOP = 0.15  # [s] of a silence that must stop the robot
 
 @dataclass
 class Outcome:
-    """What has become of a session.
+    """What has become of a session."""
 
-    Attributes:
-        script: The session.
-        violations: Laws that were broken, with the time [s].
-        digest: SHA-256 of samples, reports and states.
-        injected: Faults by kind and phase.
-        expected: Those that must be reported, whatever else happens.
-        reported: Those of them that were.
-        worst: Largest error of a step of the pose without lost samples [m].
-    """
-
-    script: Script
-    violations: list[str] = field(default_factory=list)
-    digest: str = ""
-    injected: Counter[tuple[str, str]] = field(default_factory=Counter)
+    script: Script  # the session
+    violations: list[str] = field(default_factory=list)  # laws that were broken, with the time [s]
+    digest: str = ""  # SHA-256 of samples, reports and states
+    injected: Counter[tuple[str, str]] = field(default_factory=Counter)  # faults by kind and phase
+    # those that must be reported, whatever else happens
     expected: Counter[tuple[str, str]] = field(default_factory=Counter)
-    reported: Counter[tuple[str, str]] = field(default_factory=Counter)
-    worst: float = 0.0
+    reported: Counter[tuple[str, str]] = field(default_factory=Counter)  # those of them that were
+    worst: float = 0.0  # largest error of a step of the pose without lost samples [m]
 
 
 def run(script: Script) -> Outcome:

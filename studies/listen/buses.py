@@ -33,27 +33,16 @@ class Session:
 
 @dataclass
 class Bus:
-    """A log and its truth.
+    """A log and its truth."""
 
-    Attributes:
-        name: Name of the case.
-        eds: EDS file that the case is of.
-        frames: The log.
-        pdos: The PDOs by COB-ID.
-        nodes: EDS name by node.
-        sync: Period of SYNC [s]; None without.
-        boots: Whether the boot-up and the SDO traffic are in the log.
-        trucks: Number of trucks.
-    """
-
-    name: str
-    eds: str
-    frames: Frames
-    pdos: dict[int, Pdo]
-    nodes: dict[int, str]
-    sync: float | None
-    boots: bool
-    trucks: int
+    name: str  # name of the case
+    eds: str  # EDS file that the case is of
+    frames: Frames  # the log
+    pdos: dict[int, Pdo]  # the PDOs by COB-ID
+    nodes: dict[int, str]  # EDS name by node
+    sync: float | None  # period of SYNC [s]; None without
+    boots: bool  # whether the boot-up and the SDO traffic are in the log
+    trucks: int  # number of trucks
     heartbeats: dict[int, float] = field(default_factory=dict)
 
 

@@ -38,56 +38,32 @@ class Entry:
 
 @dataclass
 class FieldTruth:
-    """What a field of a PDO is.
+    """What a field of a PDO is."""
 
-    Attributes:
-        start: First bit, little-endian.
-        bits: Width.
-        signed: Whether the device writes two's complement (or a float).
-        kind: Kind of `objects.Values`.
-        role: What it is of.
-        sign: Direction of a position or speed.
-        scale: Counts per radian or metre, or per second.
-        object: Index and sub-index.
-        values: Function of times.
-        is_big_endian: Whether its bits are those of the number of the bytes in the other order.
-    """
-
-    start: int
-    bits: int
-    signed: bool
-    kind: str
-    role: str
-    sign: int
-    scale: float
-    object: tuple
-    values: object = None
-    is_big_endian: bool = False
+    start: int  # first bit, little-endian
+    bits: int  # width
+    signed: bool  # whether the device writes two's complement (or a float)
+    kind: str  # kind of `objects.Values`
+    role: str  # what it is of
+    sign: int  # direction of a position or speed
+    scale: float  # counts per radian or metre, or per second
+    object: tuple  # index and sub-index
+    values: object = None  # function of times
+    is_big_endian: bool = False  # whether its bits are those of the number of the bytes in the other order
 
 
 @dataclass
 class Pdo:
-    """A PDO: what it carries and when it is sent.
+    """A PDO: what it carries and when it is sent."""
 
-    Attributes:
-        cob_id: COB-ID.
-        node: Node whose parameters say so.
-        number: Number of the PDO, from 0.
-        is_receive: Whether the node receives it.
-        fields: What it carries.
-        cause: `sync`, `timer` or `change`.
-        every: Number of SYNCs, or seconds.
-        bytes: Length; 0 for as long as its fields.
-    """
-
-    cob_id: int
-    node: int
-    number: int
-    is_receive: bool
-    fields: list = field(default_factory=list)
-    cause: str = "sync"
-    every: float = 1
-    bytes: int = 0
+    cob_id: int  # COB-ID
+    node: int  # node whose parameters say so
+    number: int  # number of the PDO, from 0
+    is_receive: bool  # whether the node receives it
+    fields: list = field(default_factory=list)  # what it carries
+    cause: str = "sync"  # `sync`, `timer` or `change`
+    every: float = 1  # number of SYNCs, or seconds
+    bytes: int = 0  # length; 0 for as long as its fields
 
     @property
     def length(self):

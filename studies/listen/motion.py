@@ -12,19 +12,12 @@ STEP = 0.005  # [s]
 
 @dataclass
 class Motion:
-    """Angles and lengths over time.
+    """Angles and lengths over time."""
 
-    Attributes:
-        time: Times [s], shape `(N,)`.
-        wheels: Angle of each wheel over time by its channel, forward positive [rad].
-        joints: Angle of each joint over time [rad].
-        link: Length of the link [m]; None for one truck.
-    """
-
-    time: np.ndarray
-    wheels: dict[str, np.ndarray]
-    joints: dict[str, np.ndarray] = field(default_factory=dict)
-    link: np.ndarray | None = None
+    time: np.ndarray  # times [s], shape `(N,)`
+    wheels: dict[str, np.ndarray]  # angle of each wheel over time by its channel, forward positive [rad]
+    joints: dict[str, np.ndarray] = field(default_factory=dict)  # angle of each joint over time [rad]
+    link: np.ndarray | None = None  # length of the link [m]; None for one truck
 
 
 def drive(random: np.random.Generator, seconds: float, trucks: int) -> Motion:

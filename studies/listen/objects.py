@@ -23,21 +23,13 @@ STATUS, CONTROL = (0x0240, 0x0231, 0x0233, 0x0237), (0x0000, 0x0006, 0x0007, 0x0
 
 @dataclass
 class Values:
-    """What an object shows at any time.
+    """What an object shows at any time."""
 
-    Attributes:
-        at: Function of times (N,) that returns the raw numbers as Python integers modulo 2^bits, (N,).
-        kind: What it is: number, bits, status word, control word, float, time, counter, bytes.
-        role: Position, speed, torque, ... with the wheel or joint it is of, or "".
-        sign: +1 or -1: whether forward counts up, of a position or speed.
-        scale: Counts per radian, metre, or per second of these; 0 where it has none.
-    """
-
-    at: object
-    kind: str
-    role: str = ""
-    sign: int = 1
-    scale: float = 0.0
+    at: object  # function of times (N,) that returns the raw numbers as Python integers modulo 2^bits, (N,)
+    kind: str  # what it is: number, bits, status word, control word, float, time, counter, bytes
+    role: str = ""  # position, speed, torque, ... with the wheel or joint it is of, or ""
+    sign: int = 1  # +1 or -1: whether forward counts up, of a position or speed
+    scale: float = 0.0  # counts per radian, metre, or per second of these; 0 where it has none
 
 
 class Shaft:

@@ -22,14 +22,10 @@ FOREIGN = (0, 0)  # the object of what no object dictionary has
 
 @dataclass
 class Score:
-    """Counts of signals.
-
-    Attributes:
-        counts: By what was said of them.
-    """
+    """Counts of signals."""
 
     HEAD = " signals   right  not sure  sure, wrong  bounds    kind  no sign  bounds by READ"
-    counts: Counter = field(default_factory=Counter)
+    counts: Counter = field(default_factory=Counter)  # by what was said of them
 
     def add(self, other: Score) -> None:
         """Add the counts of another score."""

@@ -20,19 +20,12 @@ from studies.papers.robots import fine
 
 @dataclass(frozen=True, slots=True)
 class BumpDrive:
-    """A straight drive over one bump, and where the trucks truly are.
+    """A straight drive over one bump, and where the trucks truly are."""
 
-    Attributes:
-        recording: What the encoders count, at their resolution.
-        pose_a: True pose of truck a at each sample [m, m, rad], shape `(N, 3)`.
-        pose_b: True pose of truck b at each sample [m, m, rad], shape `(N, 3)`.
-        way: Travel that the wheels have rolled [m], shape `(N,)`.
-    """
-
-    recording: Recording
-    pose_a: Array
-    pose_b: Array
-    way: Array
+    recording: Recording  # what the encoders count, at their resolution
+    pose_a: Array  # true pose of truck a at each sample [m, m, rad], shape `(N, 3)`
+    pose_b: Array  # true pose of truck b at each sample [m, m, rad], shape `(N, 3)`
+    way: Array  # travel that the wheels have rolled [m], shape `(N,)`
 
 
 def bump_drive(
@@ -89,21 +82,13 @@ def _counts(
 
 @dataclass(frozen=True, slots=True)
 class BumpErrors:
-    """What one bump does to plain odometry, and to the measurement of that error.
+    """What one bump does to plain odometry, and to the measurement of that error."""
 
-    Attributes:
-        heading: Heading error after the bump [rad], C (4).
-        lateral: Lateral error per metre driven after the bump [m/m], C (5).
-        lateral_in_interval: Largest lateral error within one sampling interval [m], C (6).
-        misread: Part of the heading error that this lateral error hides from the linkage [rad], C (7).
-        measured: Heading error that the linkage shows [rad], C (8).
-    """
-
-    heading: float
-    lateral: float
-    lateral_in_interval: float
-    misread: float
-    measured: float
+    heading: float  # heading error after the bump [rad], C (4)
+    lateral: float  # lateral error per metre driven after the bump [m/m], C (5)
+    lateral_in_interval: float  # largest lateral error within one sampling interval [m], C (6)
+    misread: float  # part of the heading error that this lateral error hides from the linkage [rad], C (7)
+    measured: float  # heading error that the linkage shows [rad], C (8)
 
 
 def bump_errors(lost: float, wheelbase: float, interval: float, link_length: float) -> BumpErrors:
@@ -128,19 +113,12 @@ _BEFORE = 0.5  # [m]
 
 @dataclass(frozen=True, slots=True)
 class Growth:
-    """Errors, true minus estimated, at each sampling interval from the one in which the bump is met on.
+    """Errors, true minus estimated, at each sampling interval from the one in which the bump is met on."""
 
-    Attributes:
-        plain: Heading [rad] and lateral [m] error of odometry alone, shape `(N, 2)`.
-        ipec: Heading [rad] and lateral [m] error of IPEC, C (9)-(16), shape `(N, 2)`.
-        seen: Part of the heading's error that the linkage has shown so far [rad], shape `(N,)`.
-        printed: Errors by the paper's formulas, C (4)-(8).
-    """
-
-    plain: Array
-    ipec: Array
-    seen: Array
-    printed: BumpErrors
+    plain: Array  # heading [rad] and lateral [m] error of odometry alone, shape `(N, 2)`
+    ipec: Array  # heading [rad] and lateral [m] error of IPEC, C (9)-(16), shape `(N, 2)`
+    seen: Array  # part of the heading's error that the linkage has shown so far [rad], shape `(N,)`
+    printed: BumpErrors  # errors by the paper's formulas, C (4)-(8)
 
 
 def bump_growth(intervals: int = 15) -> Growth:

@@ -24,29 +24,19 @@ _RESAMPLES = 1000
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A printed number beside ours.
+    """A printed number beside ours."""
 
-    Attributes:
-        paper: The paper, U, C or O; N for a number that no paper prints.
-        place: Place in the paper.
-        what: Meaning of the number, with its unit.
-        printed: The number as printed.
-        ours: The recomputed number, with the 95 % interval of the mean where it is a Monte Carlo.
-        verdict: misprint is a wrong print; missed is a printed bound that is not kept; unsure is a printed
-            bound within the interval of ours; differs is an unexpected difference; unexplained is a printed
-            number that the scatter in the paper does not produce; shown is a number for comparison.
-        scatter: 5 to 95 % range of the single values where it is a Monte Carlo.
-        note: The reason, in one line.
-    """
-
-    paper: str
-    place: str
-    what: str
-    printed: str
-    ours: str
+    paper: str  # the paper, U, C or O; N for a number that no paper prints
+    place: str  # place in the paper
+    what: str  # meaning of the number, with its unit
+    printed: str  # the number as printed
+    ours: str  # the recomputed number, with the 95 % interval of the mean where it is a Monte Carlo
+    # misprint is a wrong print; missed is a printed bound that is not kept; unsure is a printed bound within
+    # the interval of ours; differs is an unexpected difference; unexplained is a printed number that the
+    # scatter in the paper does not produce; shown is a number for comparison
     verdict: Verdict
-    scatter: str = ""
-    note: str = ""
+    scatter: str = ""  # 5 to 95 % range of the single values where it is a Monte Carlo
+    note: str = ""  # the reason, in one line
 
 
 def number(paper: str, place: str, what: str, printed: float, ours: float, digits: int) -> Row:

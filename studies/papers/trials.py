@@ -43,23 +43,14 @@ def floor_covariance(position: float, truck: Truck = LABMATE, side: float = 4.0)
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """A robot, its square, and the scatter of its runs.
+    """A robot, its square, and the scatter of its runs."""
 
-    Attributes:
-        e_b: True factor of the wheelbase, U (2.4).
-        e_d: True factor of the ratio of wheel diameters, U (2.3).
-        covariance: Covariance of the return error x, y [m], theta [rad] of one ccw run, shape `(3, 3)`.
-        runs: Number of runs in each direction.
-        truck: The nominal truck.
-        side: Length of each side of the square [m].
-    """
-
-    e_b: float
-    e_d: float
-    covariance: Array
-    runs: int = 5
-    truck: Truck = LABMATE
-    side: float = 4.0
+    e_b: float  # true factor of the wheelbase, U (2.4)
+    e_d: float  # true factor of the ratio of wheel diameters, U (2.3)
+    covariance: Array  # covariance of the return error x, y [m], theta [rad] of one ccw run, shape `(3, 3)`
+    runs: int = 5  # number of runs in each direction
+    truck: Truck = LABMATE  # the nominal truck
+    side: float = 4.0  # length of each side of the square [m]
 
     @property
     def actual(self) -> Truck:

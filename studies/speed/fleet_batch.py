@@ -31,21 +31,13 @@ FAULTY, PLACES = 0.03, 20  # part of the robots, and number of places, as in the
 
 @dataclass(frozen=True, slots=True)
 class Spent:
-    """What a batch took.
+    """What a batch took."""
 
-    Attributes:
-        laps: Laps that it worked on.
-        asked: Laps for which the whole diagnosis was made.
-        processor: Processor time [s].
-        wall: [s].
-        memory: Largest memory of the process [GB].
-    """
-
-    laps: int
-    asked: int
-    processor: float
-    wall: float
-    memory: float
+    laps: int  # laps that it worked on
+    asked: int  # laps for which the whole diagnosis was made
+    processor: float  # processor time [s]
+    wall: float  # [s]
+    memory: float  # largest memory of the process [GB]
 
     @property
     def by_lap(self) -> float:

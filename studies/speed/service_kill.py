@@ -42,27 +42,16 @@ SETTLED = {"collecting", "interrupted", "aborted", "failed", "solved", "accepted
 
 @dataclass
 class Acknowledged:
-    """What clients were answered.
+    """What clients were answered."""
 
-    Attributes:
-        samples: Numbers of the samples, by session.
-        accepted: Versions that accepts of a session made.
-        increments: How often the number in the counter's vehicle file was incremented.
-        waiting: Paths of driven sessions and jobs, which have to end.
-        problems: Answers that no client should get.
-        unavailable: Answers 503 with Retry-After.
-        sampled: Set with each sample.
-        ending: Set when the clients shall end.
-    """
-
-    samples: dict[str, list[int]] = field(default_factory=dict)
-    accepted: dict[str, list[int]] = field(default_factory=dict)
-    increments: int = 0
-    waiting: set[str] = field(default_factory=set)
-    problems: list[str] = field(default_factory=list)
-    unavailable: int = 0
-    sampled: threading.Event = field(default_factory=threading.Event)
-    ending: threading.Event = field(default_factory=threading.Event)
+    samples: dict[str, list[int]] = field(default_factory=dict)  # numbers of the samples, by session
+    accepted: dict[str, list[int]] = field(default_factory=dict)  # versions that accepts of a session made
+    increments: int = 0  # how often the number in the counter's vehicle file was incremented
+    waiting: set[str] = field(default_factory=set)  # paths of driven sessions and jobs, which have to end
+    problems: list[str] = field(default_factory=list)  # answers that no client should get
+    unavailable: int = 0  # answers 503 with Retry-After
+    sampled: threading.Event = field(default_factory=threading.Event)  # set with each sample
+    ending: threading.Event = field(default_factory=threading.Event)  # set when the clients shall end
     lock: threading.Lock = field(default_factory=threading.Lock)
 
 

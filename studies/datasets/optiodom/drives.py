@@ -22,23 +22,14 @@ from studies.datasets.optiodom.tricycle import Tricycle
 
 @dataclass(frozen=True, slots=True)
 class DriveSet:
-    """All runs of one folder.
+    """All runs of one folder."""
 
-    Attributes:
-        name: Name of the set, robot/path/date, as in the data.
-        robot: Kind of robot: diff or tricyc.
-        path: Kind of path: circular, free, ivanjko or square.
-        ticks_per_turn: Ticks of the encoders per turn of a wheel.
-        kinematics: Model of the nominal robot.
-        drives: A drive for each run.
-    """
-
-    name: str
-    robot: str
-    path: str
-    ticks_per_turn: float
-    kinematics: Kinematics
-    drives: tuple[Drive, ...]
+    name: str  # name of the set, robot/path/date, as in the data
+    robot: str  # kind of robot: diff or tricyc
+    path: str  # kind of path: circular, free, ivanjko or square
+    ticks_per_turn: float  # ticks of the encoders per turn of a wheel
+    kinematics: Kinematics  # model of the nominal robot
+    drives: tuple[Drive, ...]  # a drive for each run
 
 
 def read_set(folder: Path | str) -> DriveSet:

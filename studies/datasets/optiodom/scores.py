@@ -27,57 +27,37 @@ from studies.datasets.optiodom.squares import read_squares
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """Distance between dead reckoning and the measured poses, over the runs of one set.
+    """Distance between dead reckoning and the measured poses, over the runs of one set."""
 
-    Attributes:
-        final: Distance at the end of a run, root mean square over the runs [m].
-        rms: Distance along the path, root mean square over all samples of all runs [m].
-    """
-
-    final: float
-    rms: float
+    final: float  # distance at the end of a run, root mean square over the runs [m]
+    rms: float  # distance along the path, root mean square over all samples of all runs [m]
 
 
 @dataclass(frozen=True, slots=True)
 class SetScores:
-    """The scores of one set.
+    """The scores of one set."""
 
-    Attributes:
-        name: Name of the set: robot/path/date.
-        runs: Number of runs.
-        seen: Whether the calibration used the set.
-        raw: Score with the nominal parameters of the set.
-        printed: Score with the parameters by the printed UMBmark equations; None for the tricycle.
-        fitted: Score with the parameters by the least-squares fit.
-        placed: Score with the parameters by the least-squares fit, and with the markers at the pose on the
-            robot that was estimated from the squares.
-    """
-
-    name: str
-    runs: int
-    seen: bool
-    raw: Score
-    printed: Score | None
-    fitted: Score
+    name: str  # name of the set: robot/path/date
+    runs: int  # number of runs
+    seen: bool  # whether the calibration used the set
+    raw: Score  # score with the nominal parameters of the set
+    printed: Score | None  # score with the parameters by the printed UMBmark equations; None for the tricycle
+    fitted: Score  # score with the parameters by the least-squares fit
+    # score with the parameters by the least-squares fit, and with the markers at the pose on the robot that
+    # was estimated from the squares
     placed: Score
 
 
 @dataclass(frozen=True, slots=True)
 class RobotScores:
-    """One robot: its calibration, and its scores on all sets.
+    """One robot: its calibration, and its scores on all sets."""
 
-    Attributes:
-        kind: Kind of robot: diff or tricyc.
-        calibration: Calibration by least squares on all squares.
-        printed: Model calibrated by the printed UMBmark equations, x and y averaged, on all squares; None for
-            the tricycle.
-        sets: Scores of each set, in order.
-    """
-
-    kind: str
-    calibration: PathCalibration
+    kind: str  # kind of robot: diff or tricyc
+    calibration: PathCalibration  # calibration by least squares on all squares
+    # model calibrated by the printed UMBmark equations, x and y averaged, on all squares; None for the
+    # tricycle
     printed: Kinematics | None
-    sets: tuple[SetScores, ...]
+    sets: tuple[SetScores, ...]  # scores of each set, in order
 
 
 def score_optiodom(root: Path | str) -> tuple[RobotScores, ...]:

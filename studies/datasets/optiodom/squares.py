@@ -20,17 +20,11 @@ from studies.datasets.optiodom.files import read_metadata, read_numbers
 
 @dataclass(frozen=True, slots=True)
 class SquareSet:
-    """One set of square runs.
+    """One set of square runs."""
 
-    Attributes:
-        truck: The nominal parameters of the robot.
-        side: Length of each side of the square [m].
-        runs: The runs in the order of their numbers.
-    """
-
-    truck: Truck
-    side: float
-    runs: tuple[SquareRun, ...]
+    truck: Truck  # the nominal parameters of the robot
+    side: float  # length of each side of the square [m]
+    runs: tuple[SquareRun, ...]  # the runs in the order of their numbers
 
 
 def experiment_of_optiodom(folder: Path | str, side: float | None = None) -> Experiment:

@@ -21,16 +21,11 @@ class Tricycle:
 
     The pose is that of the middle of the rear axle: it goes forward by travel cos(steering) and turns by
     travel sin(steering) / wheelbase.
-
-    Attributes:
-        wheelbase: Distance from the front wheel to the rear axle [m].
-        wheel_diameter: Diameter of the front wheel [m].
-        steering_offset: Angle that is added to the steering reading [rad].
     """
 
-    wheelbase: float
-    wheel_diameter: float
-    steering_offset: float = 0.0
+    wheelbase: float  # distance from the front wheel to the rear axle [m]
+    wheel_diameter: float  # diameter of the front wheel [m]
+    steering_offset: float = 0.0  # angle that is added to the steering reading [rad]
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
