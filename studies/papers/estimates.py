@@ -83,5 +83,5 @@ def measured(recording: Recording, sonar: Array, seed: int) -> Poses:
 
 
 def sizes(errors: Array) -> tuple[Array, Array]:
-    """Return distance [mm] and |heading| [degrees], `(L,)` each, of return errors `(L, 3)`."""
-    return 1e3 * np.hypot(errors[:, 0], errors[:, 1]), np.degrees(np.abs(errors[:, 2]))
+    """Return distance [mm] and |heading| [degrees], `(..., L)` each, of return errors `(..., L, 3)`."""
+    return 1e3 * np.hypot(errors[..., 0], errors[..., 1]), np.degrees(np.abs(errors[..., 2]))

@@ -26,7 +26,6 @@ import numpy as np
 
 from omnimate.calib.paths.drives import Drive
 from omnimate.calib.paths.least_squares import PathCalibration
-from omnimate.ipec.corrector import Method, correct
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.prior import FilterNoise, Prior
 from omnimate.vehicle.arcs import integrate
@@ -37,7 +36,7 @@ from studies.datasets.optiodom.drives import read_set
 from studies.datasets.optiodom.files import find_sets
 from studies.datasets.optiodom.scores import calibrate_squares, score
 from studies.papers.drives import laps, rectangle
-from studies.papers.estimates import CLAPPER_SONAR, OMNIMATE_SONAR, as_derived
+from studies.papers.estimates import CLAPPER_SONAR, OMNIMATE_SONAR, Estimator, path_of, sizes
 from studies.papers.linkage_numbers import lap_errors
 from studies.papers.robots import LEFT_BEHIND, UNCALIBRATED
 
@@ -75,29 +74,12 @@ def _end(recording: Recording) -> int:
     return int(np.searchsorted(recording.time, recording.run.laps[1].end - 1e-6))
 
 
-def errors_of(recording: Recording, method: Method) -> Array:
+def errors_of(recording: Recording, name: Estimator) -> Array:
     """Return true minus calculated pose `(3,)` at the end of the second lap, from its start on."""
     assert recording.poses is not None
-    fixes = recording.poses.of("a")
-    path = (
-        correct(recording, fixes.pose[0], method="plain").pose_a
-        if method == "plain"
-        else as_derived(recording, fixes.pose[0], method)
-    )
-    second: Array = lap_errors(recording, path, fixes)[1]
+    path = path_of(recording, name, recording.poses.of("a"), LEFT_BEHIND)
+    second: Array = lap_errors(recording, path)[1]
     return second
-
-
-def worst_position(errors: Array) -> Array:
-    return np.asarray(1e3 * np.hypot(errors[..., 0], errors[..., 1]).max(axis=-1))
-
-
-def mean_heading(errors: Array) -> Array:
-    return np.asarray(np.degrees(np.abs(errors[..., 2])).mean(axis=-1))
-
-
-def worst_heading(errors: Array) -> Array:
-    return np.asarray(np.degrees(np.abs(errors[..., 2])).max(axis=-1))
 
 
 def away(
@@ -163,23 +145,20 @@ def main() -> None:
     chance = np.random.default_rng(1)
     runs = [rectangle(seed, way, 2, 10) for seed in range(robots) for way in ("cw", "ccw")]
     sigmas = [bound(run, LEFT_BEHIND) for run in runs]
-    plain = [errors_of(run, "plain") for run in runs]
-    ipec = np.array([errors_of(run, "clapper") for run in runs])
-    errors = drawn(sigmas, CLAPPER_SONAR, 20, chance)
+    plain = np.array([errors_of(run, "plain") for run in runs])
+    ipec = np.array([errors_of(run, "CLAPPER") for run in runs])
+    places, headings = sizes(drawn(sigmas, CLAPPER_SONAR, 20, chance))
     _deviations("C 6.2, a run with 10 bumps", sigmas, ipec)
-    show("C 6.2 worst position of 20 runs [mm]", 50.0, worst_position(errors))
-    show("C 6.2 mean |heading| of 20 runs [degrees]", 0.3, mean_heading(errors))
-    gain = np.degrees(np.abs(np.array(plain)[:, 2])).mean() / mean_heading(errors)
+    show("C 6.2 worst position of 20 runs [mm]", 50.0, places.max(axis=-1))
+    show("C 6.2 mean |heading| of 20 runs [degrees]", 0.3, headings.mean(axis=-1))
+    gain = sizes(plain)[1].mean() / headings.mean(axis=-1)
     show("C 6.2 mean |heading| without / with IPEC", 20.0, gain, at_least=True)
     recordings = [laps(seed, way) for seed in range(robots) for way in ("cw", "ccw")]
     sigmas = [bound(each, UNCALIBRATED) for each in recordings]
-    ipec = np.array([errors_of(each, "omnimate") for each in recordings])
+    ipec = np.array([errors_of(each, "OmniMate") for each in recordings])
     _deviations("O 3, a lap without bumps", sigmas, ipec)
-    show(
-        "O 3 worst heading of 10 laps [degrees]",
-        0.4,
-        worst_heading(drawn(sigmas, OMNIMATE_SONAR, 10, chance)),
-    )
+    headings = sizes(drawn(sigmas, OMNIMATE_SONAR, 10, chance))[1]
+    show("O 3 worst heading of 10 laps [degrees]", 0.4, headings.max(axis=-1))
     show_tricycle(chance)
 
 
