@@ -80,6 +80,6 @@ def _target(line: Line) -> str:
 def missed(title: str, labels: Mapping[str, Any], answers: Answers) -> Table:
     """Return a table of what is answered where the effect that is concealed has no name, a row for each."""
     table = new_table(title, ("effect",), ("cases", *OUTCOMES))
-    for row in left_out_rows(labels, answers):
-        table.add_row(row.effect, str(row.cases), *(str(row.outcomes.get(each, 0)) for each in OUTCOMES))
+    for effect, counts in left_out_rows(labels, answers).items():
+        table.add_row(effect, str(counts.total()), *(str(counts[each]) for each in OUTCOMES))
     return table

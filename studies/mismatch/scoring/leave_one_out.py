@@ -4,26 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal
 
 from studies.mismatch.scoring.judging import ASSERTED, UNNAMED, Answer, Label, asserted, wrong
 
 Outcome = Literal["unknown", "acceptable", "wrong name", "nothing"]
 OUTCOMES: tuple[Outcome, ...] = ("unknown", "acceptable", "wrong name", "nothing")
-
-
-@dataclass(frozen=True, slots=True)
-class LeftOut:
-    """One line of the table."""
-
-    effect: str  # effect that was left out of the library
-    outcomes: Mapping[Outcome, int]  # number of cases with each outcome
-
-    @property
-    def cases(self) -> int:
-        """Number of recordings that conceal the effect."""
-        return sum(self.outcomes.values())
 
 
 def concealing(labels: Mapping[str, Label]) -> dict[str, str]:
@@ -46,11 +32,10 @@ def outcome(label: Label, answer: Answer) -> Outcome:
     return "acceptable" if named else "nothing"
 
 
-def left_out_rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[LeftOut]:
-    """Return a line for every effect, and one for all of them."""
+def left_out_rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> dict[str, Counter[Outcome]]:
+    """Return how many cases of every effect that is left out have each outcome, and of all of them."""
     outcomes: dict[str, Counter[Outcome]] = {}
     for name, effect in concealing(labels).items():
         if name in answers:
             outcomes.setdefault(effect, Counter())[outcome(labels[name], answers[name])] += 1
-    whole: Counter[Outcome] = sum(outcomes.values(), Counter())
-    return [*(LeftOut(*pair) for pair in sorted(outcomes.items())), LeftOut("all", whole)]
+    return {**dict(sorted(outcomes.items())), "all": sum(outcomes.values(), Counter())}
