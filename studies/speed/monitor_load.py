@@ -13,7 +13,6 @@ Usage: python -m studies.speed.monitor_load [seconds]
 from __future__ import annotations
 
 import asyncio
-import resource
 import sys
 import threading
 import time
@@ -71,12 +70,6 @@ class Sender(threading.Thread):
         self._bus.shutdown()
 
 
-def cpu() -> float:
-    """The time of the processor that this process has taken [s]."""
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    return usage.ru_utime + usage.ru_stime
-
-
 async def monitored(
     recording: Recording, messages: list[can.Message], seconds: float
 ) -> tuple[float, int, int]:
@@ -89,7 +82,7 @@ async def monitored(
         )
         async with app.run_test(size=(80, 24)):
             sender = Sender(messages, channel, seconds)
-            before = cpu()
+            before = time.process_time()
             sender.start()
             while sender.is_alive():
                 await asyncio.sleep(0.1)
@@ -99,7 +92,7 @@ async def monitored(
                     progress = (time.monotonic(), watch.snapshot.frames)
                 await asyncio.sleep(0.1)
             behind = time.monotonic() - ended
-            used = cpu() - before - sender.cpu
+            used = time.process_time() - before - sender.cpu
         samples = watch.snapshot.robot.samples if watch.snapshot.robot else 0
         rate = sender.sent / sender.took
         print(
@@ -124,11 +117,11 @@ def notified(messages: list[can.Message], seconds: float) -> tuple[float, int, i
     bus = open_bus(f"virtual://{channel}")
     notifier = can.Notifier(bus, [counter])
     sender = Sender(messages, channel, seconds)
-    before = cpu()
+    before = time.process_time()
     sender.start()
     sender.join()
     time.sleep(SETTLING)
-    used = cpu() - before - sender.cpu
+    used = time.process_time() - before - sender.cpu
     notifier.stop()
     bus.shutdown()
     return used / sender.took, sender.sent, counter.count
