@@ -7,15 +7,12 @@ from textwrap import fill, wrap
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
-from omnimate.cli.console import err, out, report_problem
+from omnimate.cli.console import out, progress_bar, report_problem
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from rich.progress import TaskID
 
     from studies.papers.rows import Row
 
@@ -31,37 +28,27 @@ def reproduce(
     jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that compute at once.")] = 2,
 ) -> None:
     """Recompute the numbers of the three papers: printed, ours, verdict."""
+    from studies.papers.figures import draw_all
     from studies.papers.rows import LEGEND
     from studies.papers.table import run, stages, under_way
 
     plan = stages(quick=quick)
-    drawing = 0 if figures is None else 1
-    columns = TextColumn("{task.description:<44}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    with Progress(*columns, console=err, transient=True) as progress:
-        task = progress.add_task("starting", total=len(plan) + drawing)
-        rows: dict[str, tuple[Row, ...]] = {}
-        progress.update(task, description=", ".join(under_way(plan, [], jobs)))
+    total = len(plan) + (figures is not None)
+    rows: dict[str, tuple[Row, ...]] = {}
+    written: list[Path] = []
+    with progress_bar(", ".join(under_way(plan, [], jobs))) as report:
+        report(0, total)
         for name, computed in run(plan, jobs):
             rows[name] = computed
-            words = ", ".join(under_way(plan, [*rows], jobs)) or "drawing"
-            progress.update(task, advance=1, description=words)
-        written = _draw(figures, progress, task) if figures is not None else []
+            report(len(rows), total, ", ".join(under_way(plan, [*rows], jobs)) or "drawing")
+        for path in draw_all(figures) if figures is not None else ():
+            written.append(path)
+            report(len(rows), total, f"drawing {path.name}")
     for name, _ in plan:
         _show(name, rows[name])
     out.print(f"\n{fill(LEGEND, _WIDTH)}", soft_wrap=True)
     for path in written:
         out.print(f"wrote {path}", soft_wrap=True)
-
-
-def _draw(folder: Path, progress: Progress, task: TaskID) -> list[Path]:
-    from studies.papers.figures import draw_all
-
-    written = []
-    for path in draw_all(folder):
-        written.append(path)
-        progress.update(task, description=f"drawing {path.name}")
-    progress.update(task, advance=1)
-    return written
 
 
 def _show(name: str, rows: Sequence[Row]) -> None:
