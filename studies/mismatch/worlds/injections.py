@@ -39,10 +39,7 @@ def write_injections(
         raise AbsentError(f"{root} is not there: injections are left out")
     sets = sorted(differential_sets(root)[0])
     count = request.cases or (QUICK if request.quick else WHOLE)
-    wanted = {
-        f"injected-{number:04d}": (folder / f"injected-{number:04d}", sets, request.seed, number)
-        for number in range(count)
-    }
+    wanted = {f"injected-{number:04d}": (sets, request.seed, number) for number in range(count)}
     pairs = write_all(write_pair, wanted, folder, jobs, report)
     return {name: label for number in pairs for name, label in pairs[number].items()}
 

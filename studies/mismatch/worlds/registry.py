@@ -32,10 +32,7 @@ def write_engine(folder: Path, request: Request, jobs: int, report: Report) -> M
     wanted = cases(request.quick)
     count = len(wanted) if request.cases is None else min(request.cases, len(wanted))
     numbers = sorted(random.Random(request.seed).sample(range(len(wanted)), count))  # no secret
-    made = {
-        f"own-{number:04d}": (folder / f"own-{number:04d}", wanted[number], seed_of(request.seed, number))
-        for number in numbers
-    }
+    made = {f"own-{number:04d}": (wanted[number], seed_of(request.seed, number)) for number in numbers}
     return write_all(make, made, folder, jobs, report)
 
 
@@ -54,10 +51,7 @@ def write_drawn(
             f"{library} is not installed (the extra `{folder.name}`): {folder.name} is left out"
         )
     count = request.cases or counts[0 if request.quick else 1]
-    made = {
-        f"{folder.name}-{number:04d}": (folder / f"{folder.name}-{number:04d}", request.seed, number)
-        for number in range(count)
-    }
+    made = {f"{folder.name}-{number:04d}": (request.seed, number) for number in range(count)}
     write_one = import_module(f"studies.mismatch.engines.{module}").make
     return write_all(write_one, made, folder, jobs, report)
 

@@ -129,10 +129,11 @@ def write_all(
 ) -> dict[str, Reply]:
     """Return the labels of cases, by name; what was written before a stop is not written again.
 
-    `wanted` holds the arguments of `write` for each case, the case's folder first.
+    `wanted` holds the arguments of `write` for each case, after the case's folder.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    return run.ask_all(partial(_write_anew, write), wanted, jobs, report, folder / "labels.jsonl")
+    placed = {name: (folder / name, *arguments) for name, arguments in wanted.items()}
+    return run.ask_all(partial(_write_anew, write), placed, jobs, report, folder / "labels.jsonl")
 
 
 def _write_anew(write: Callable[..., Reply], wanted: tuple[Any, ...]) -> Reply:
