@@ -30,7 +30,7 @@ def framed(path: Path, size: tuple[float, float], legend_columns: int = 0) -> It
     Args:
         path: Path of the file; its suffix gives the format.
         size: Width and height.
-        legend_columns: Columns of the legend below the axes; 0 for none.
+        legend_columns: Columns of the legend below, which is that of the first axes; 0 for none.
 
     Raises:
         PlotError: The file cannot be written.
@@ -40,7 +40,8 @@ def framed(path: Path, size: tuple[float, float], legend_columns: int = 0) -> It
         figure = Figure(figsize=size, layout="constrained")
         yield figure
         if legend_columns:
-            figure.legend(loc="outside lower center", ncols=legend_columns)
+            shown = figure.axes[0].get_legend_handles_labels()
+            figure.legend(*shown, loc="outside lower center", ncols=legend_columns)
         save(figure, path)
 
 

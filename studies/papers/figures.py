@@ -72,7 +72,7 @@ def draw_c10(path: Path) -> None:
         ("with IPEC, 10 bumps", bumpy["CLAPPER"], BLUE, "s", False),
         ("with IPEC, no bumps", smooth["CLAPPER"], GREEN, "o", False),
     )
-    with framed(path, (10.4, 5.9)) as figure:
+    with framed(path, (10.4, 5.9), 1) as figure:
         figure.suptitle("C Fig. 10, simulated: 7 x 4 m rectangle from its corner, cw and ccw")
         panels: tuple[Axes, Axes] = tuple(figure.subplots(1, 2))
         for axes, title, limit in zip(panels, ("all runs", "enlarged"), (None, 80.0), strict=True):
@@ -86,8 +86,6 @@ def draw_c10(path: Path) -> None:
             axes.set_aspect("equal", adjustable="datalim" if limit is None else "box")
             if limit is not None:
                 axes.set(xlim=(-limit, limit), ylim=(-limit, limit))
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=1)
 
 
 def _ring(axes: Axes, radius: float) -> None:
@@ -104,7 +102,7 @@ _IPEC = {"filled": "with IPEC", "open": "without IPEC"}
 def draw_positions(path: Path, number: int, laps: slice) -> None:
     """Draw O Fig. 5 or 7: return positions of laps 1-5 or 6-10, all and enlarged."""
     bumps = "no bumps" if laps.start == 0 else "20 bumps of 9 mm"
-    with framed(path, (10.0, 5.6)) as figure:
+    with framed(path, (10.0, 5.6), 2) as figure:
         figure.suptitle(f"O Fig. {number}, simulated: return positions after laps of 18.5 m, {bumps}")
         panels: tuple[Axes, Axes] = tuple(figure.subplots(1, 2))
         corrected = []
@@ -119,8 +117,6 @@ def draw_positions(path: Path, number: int, laps: slice) -> None:
         panels[0].set(title="all runs")
         panels[0].set_aspect("equal", adjustable="datalim")
         panels[1].set(title="enlarged", aspect="equal", xlim=(-limit, limit), ylim=(-limit, limit))
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=2)
 
 
 def draw_headings(path: Path, number: int, laps: slice) -> None:
@@ -152,7 +148,7 @@ def draw_growth(path: Path) -> None:
     """Draw C 3.3: heading error at once, lateral error slowly, and what IPEC leaves of both."""
     growth = bump_growth()
     number = np.arange(len(growth.plain))
-    with framed(path, (10.4, 5.2)) as figure:
+    with framed(path, (10.4, 5.2), 3) as figure:
         figure.suptitle("C 3.3, simulated: one 10 mm bump under a right wheel, 0.5 m/s, 20 mm per interval")
         heading, lateral = figure.subplots(1, 2)
         for axes, column, scale in ((heading, 0, np.degrees(1.0)), (lateral, 1, 1e3)):
@@ -162,7 +158,6 @@ def draw_growth(path: Path) -> None:
         seen = np.degrees(growth.seen)
         heading.plot(number, seen, "x--", color=GREEN, label="internal: seen by the linkage")
         _annotate_growth(heading, lateral, growth)
-        figure.legend(*heading.get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
 
 def _annotate_growth(heading: Axes, lateral: Axes, growth: Growth) -> None:
