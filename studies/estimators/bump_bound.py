@@ -25,8 +25,9 @@ from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vehicle.parameters import Channel
 from omnimate.vehicle.recording import Recording
-from omnimate.vehicle.se2 import Array, between, compose, wrap
+from omnimate.vehicle.se2 import Array
 from studies.benchmark import options
+from studies.papers.linkage_numbers import lap_errors
 from studies.papers.robots import LEFT_BEHIND, calibrated_truth
 
 ROBOT = reference_vehicle()
@@ -75,14 +76,6 @@ def told(recording: Recording, seed: int) -> Array:
     return path
 
 
-def return_error(recording: Recording, path: Array) -> Array:
-    """Return the true minus the estimated last pose of truck a, from the fix before the drive on."""
-    assert recording.poses is not None  # simulations have poses
-    fixes = recording.poses.of("a").pose
-    error = fixes[-1] - compose(fixes[0], between(path[0], path[-1]))
-    return np.array([*error[:2], wrap(error[2])])
-
-
 def interval(values: Array) -> str:
     """Return root mean square, its 95 % interval by bootstrap, and the largest."""
     again = np.random.default_rng(0).choice(values, (1000, len(values)))
@@ -105,7 +98,7 @@ def main() -> None:
             "no bumps": (smooth, estimate(smooth, prior=LEFT_BEHIND).pose_a),
         }
         for name, (recording, path) in paths.items():
-            errors.setdefault(name, []).append(return_error(recording, path))
+            errors.setdefault(name, []).append(lap_errors(recording, path)[0])
     print(f"O 3, 20 bumps under one wheel of truck a; rms of {count}")
     for name, rows in errors.items():
         x, y, theta = np.array(rows).T
