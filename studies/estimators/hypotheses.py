@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import gmean
 
 from omnimate.ipec.errors import LinkageChannelError
 from omnimate.ipec.filter.estimate import Table
@@ -174,15 +175,10 @@ def tabulate(drives: dict[str, dict[str, Result]], names: list[str]) -> None:
         change = np.array([drive[name].nees / drive[WHOLE].nees for drive in drives.values()])
         most, least = int(ratios.argmax()), int(ratios.argmin())
         print(
-            f"{name:<25}{_mean(ratios):10.3f} {ratios[most]:8.2f} {places[most][:38]:<38}"
-            f"{ratios[least]:8.2f} {places[least][:38]:<38}{_mean(change):6.2f}",
+            f"{name:<25}{gmean(ratios):10.3f} {ratios[most]:8.2f} {places[most][:38]:<38}"
+            f"{ratios[least]:8.2f} {places[least][:38]:<38}{gmean(change):6.2f}",
             flush=True,
         )
-
-
-def _mean(ratios: Array) -> float:
-    """Return the geometric mean."""
-    return float(np.exp(np.log(ratios).mean()))
 
 
 def main() -> None:

@@ -10,7 +10,6 @@ Peers: the paper's printed equations with the exact and the weighted ones, and t
 Usage: python -m studies.estimators.umbmark_trials
 """
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +18,7 @@ from omnimate.calib.umbmark.bootstrap import bootstrap
 from omnimate.calib.umbmark.experiment import calibrate
 from omnimate.calib.umbmark.guards import advise, without_outliers
 from omnimate.calib.umbmark.printed import Method
-from studies.benchmark import options
+from studies.benchmark import duration, options
 from studies.papers.trials import Trial, coverage, floor_covariance, free_coverage
 
 FIGURE_11 = (0.98874, 1.00084)
@@ -43,9 +42,7 @@ def main() -> None:
         where = f"95 % intervals, {runs} + {runs} runs, everything free"
         print(f"{where}, hold the wheelbase in {100.0 * share:.1f} % of {fits}")
     experiment = TRIAL.drive(np.random.default_rng(0))
-    start = time.perf_counter()
-    bootstrap(calibrate(experiment))
-    print(f"solve and 10 000 resamples: {time.perf_counter() - start:.2f} s")
+    print(f"solve and 10 000 resamples: {duration(lambda: bootstrap(calibrate(experiment))):.2f} s")
     chance = np.random.default_rng(5)
     healthy = [TRIAL.drive(chance) for _ in range(3000)]
     alarms = sum(bool(advise(drive) or without_outliers(drive)[1]) for drive in healthy)
