@@ -24,7 +24,7 @@ from studies.mismatch.engines.faults import (
     touches,
     travelled,
 )
-from studies.mismatch.engines.laws import counted_share
+from studies.mismatch.engines.laws import counted_share, of_age
 from studies.mismatch.engines.programmes import Lap, commands
 from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS, Array
 from studies.mismatch.engines.writing import Log, Robot
@@ -194,6 +194,5 @@ def _aged(
     for fault in faults:
         if fault.effect in {"latency", "clock_drift"} and fault.component in robot.channels:
             column = robot.channels.index(fault.component)
-            age = fault["delay"] if fault.effect == "latency" else fault["rate"] * (times - times[0])
-            aged[:, column] = np.round(np.interp(times - age, times, counts[:, column].astype(float)))
+            aged[:, column] = np.round(of_age(counts[:, column], times, fault.parameters))
     return aged

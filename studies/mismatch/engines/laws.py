@@ -169,10 +169,10 @@ def _count_loss(drive: Drive, wheel: int, parameters: Parameters) -> Array:
 
 
 def _old_way(drive: Drive, wheel: int, parameters: Parameters) -> Array:
-    return _aged(drive.way[:, wheel], drive.time, parameters)
+    return of_age(drive.way[:, wheel], drive.time, parameters)
 
 
-def _aged(value: Array, time: Array, parameters: Parameters) -> Array:
+def of_age(value: Value, time: Array, parameters: Parameters) -> Array:
     """Return a channel `(N,)` whose samples are old by a delay, or by a rate times the time."""
     age = parameters["delay"] if "delay" in parameters else parameters["rate"] * (time - time[0])
     return np.asarray(np.interp(time - age, time, value))
@@ -277,7 +277,7 @@ def _joint_backlash(drive: Drive, channel: int, parameters: Parameters) -> Array
 
 
 def _old_reading(drive: Drive, channel: int, parameters: Parameters) -> Array:
-    return _aged(drive.reading[:, channel], drive.time, parameters)
+    return of_age(drive.reading[:, channel], drive.time, parameters)
 
 
 def _moved(drive: Drive, effect: str, truck: int, parameters: Parameters) -> Array:
