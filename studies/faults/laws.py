@@ -58,16 +58,12 @@ class PoseLaw:
     Each step of dead reckoning is compared with that of the true pose. A step over samples that were lost, or
     that a fault made wrong, may be wrong by twice their travel, and where a counter was reset by what
     `bridge` may make of it.
-
-    Attributes:
-        odometer: Dead reckoning of the truck from the driver's samples.
-        worst: Largest error of a step in which no sample was lost [m].
     """
 
     def __init__(self, world: World, truck: TruckName) -> None:
         vehicle = world.vehicle
-        self.odometer = Odometer(vehicle, truck)
-        self.worst = 0.0
+        self.odometer = Odometer(vehicle, truck)  # dead reckoning of the truck from the driver's samples
+        self.worst = 0.0  # largest error of a step in which no sample was lost [m]
         self._world, self._truck = world, truck
         self._columns = [vehicle.channels.index(wheel) for wheel in wheels_of(truck)]
         self._nodes = {vehicle.encoder(wheel).node for wheel in wheels_of(truck)}

@@ -55,35 +55,21 @@ class PowerCut(BaseException):
 
 
 class World:
-    """The simulated vehicle, its bus, and its faults.
-
-    Attributes:
-        now: Time [s].
-        vehicle: Vehicle on the bus.
-        plant: Mechanics of the vehicle.
-        poses: True pose of each truck at the driver's last SYNC.
-        speeds: Speeds of the wheels in the last step [rad/s].
-        active: Faults that have begun and not ended.
-        on_fault: Called when a fault begins.
-        on_step: Called after each step of the plant.
-        log: The log that is written; None before the first.
-        cut_at: When the driver's computer lost its power [s]; None while it runs.
-        torn: What the log holds after that.
-    """
+    """The simulated vehicle, its bus, and its faults."""
 
     def __init__(self, vehicle: VehicleParameters, faults: Sequence[Fault], seed: int) -> None:
-        self.now = START
-        self.vehicle = vehicle
-        self.plant = Plant(Truth(vehicle, SMOOTH), vehicle)
+        self.now = START  # time [s]
+        self.vehicle = vehicle  # vehicle on the bus
+        self.plant = Plant(Truth(vehicle, SMOOTH), vehicle)  # mechanics of the vehicle
         self.note_poses()
-        self.speeds: Sequence[float] = ()
-        self.active: list[Fault] = []
-        self.on_fault: Callable[[Fault], None] = lambda _fault: None
-        self.on_step: Callable[[], None] = lambda: None
+        self.speeds: Sequence[float] = ()  # speeds of the wheels in the last step [rad/s]
+        self.active: list[Fault] = []  # faults that have begun and not ended
+        self.on_fault: Callable[[Fault], None] = lambda _fault: None  # called when a fault begins
+        self.on_step: Callable[[], None] = lambda: None  # called after each step of the plant
         self.worker: Worker | None = None
-        self.log: Log | None = None
-        self.cut_at: float | None = None
-        self.torn = b""
+        self.log: Log | None = None  # the log that is written; None before the first
+        self.cut_at: float | None = None  # when the driver's computer lost its power [s]; None while it runs
+        self.torn = b""  # what the log holds after that
         self._random = Random(seed)
         self._stepped = self._wire = START
         self._order = count()
@@ -114,7 +100,7 @@ class World:
 
     def note_poses(self) -> None:
         """Keep the poses that belong to the sample of the SYNC that was sent."""
-        self.poses: dict[TruckName, PoseTuple] = {}
+        self.poses: dict[TruckName, PoseTuple] = {}  # true pose of each truck at the driver's last SYNC
         for truck in self.vehicle.trucks:
             x, y, theta = self.plant.pose(truck).tolist()
             self.poses[truck] = x, y, theta
@@ -289,14 +275,10 @@ class Adapter(can.BusABC):
 
 
 class Worker:
-    """Stands for a ThreadPoolExecutor of one thread, which runs only while the driver waits.
-
-    Attributes:
-        deadline: Time at which the thread waits no longer [s].
-    """
+    """Stands for a ThreadPoolExecutor of one thread, which runs only while the driver waits."""
 
     def __init__(self, world: World, **_options: Any) -> None:  # noqa: ANN401  # those of the executor
-        self.deadline = 0.0
+        self.deadline = 0.0  # time at which the thread waits no longer [s]
         self._world = world
         self._awaits: Callable[[], bool] = lambda: True
         self._turn, self._back = threading.Semaphore(0), threading.Semaphore(0)
@@ -344,15 +326,12 @@ class Worker:
 
 
 class Log(io.FileIO):
-    """The file of a log, on the disk of a world.
-
-    Attributes:
-        synced: Number of bytes that are on the disk for certain.
-    """
+    """The file of a log, on the disk of a world."""
 
     def __init__(self, world: World, path: Path | str) -> None:
         super().__init__(path, "wb")
-        self._world, self._place, self.synced = world, Path(path), 0
+        self._world, self._place = world, Path(path)
+        self.synced = 0  # number of bytes that are on the disk for certain
         world.log = self
 
     def write(self, data: Any) -> int:  # noqa: ANN401  # any buffer

@@ -16,13 +16,7 @@ PATIENCE = 120.0  # [s] that a slow machine may take to start it
 
 
 class Service:
-    """A service that listens.
-
-    Attributes:
-        url: Address at which it listens.
-        process: Process of the service.
-        ready: Time until /readyz answered 200 [s].
-    """
+    """A service that listens."""
 
     def __init__(self, folder: Path | str, database: str, *options: str) -> None:
         began = time.perf_counter()
@@ -37,9 +31,9 @@ class Service:
             raise RuntimeError(
                 f"the service did not start: {(Path(folder) / 'serve.log').read_text()[-2000:]}"
             )
-        self.url = address[0]
+        self.url = address[0]  # address at which it listens
         self._wait(began)
-        self.ready = time.perf_counter() - began
+        self.ready = time.perf_counter() - began  # time until /readyz answered 200 [s]
 
     def _wait(self, began: float) -> None:
         word = "no answer"
