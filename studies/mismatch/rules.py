@@ -24,7 +24,7 @@ from omnimate.mismatch.scans.obstacles import no_obstacles
 from omnimate.vehicle.errors import OmnimateError
 from studies.mismatch import run
 from studies.mismatch.run import Answer, Answers, Question, answered
-from studies.mismatch.scoring.judging import ASSERTED, asserted
+from studies.mismatch.scoring.judging import ASSERTED, asserted, names_of
 from studies.mismatch.scoring.score import Line, rows
 from studies.mismatch.worlds.registry import chosen
 from studies.mismatch.worlds.world import Label, Request
@@ -126,11 +126,6 @@ def ask_without(asked: tuple[str, Question]) -> Answer:
         return answered(question)
 
 
-def names(answer: Answer) -> set[tuple[str, str]]:
-    """Return the effects and components that an answer asserts."""
-    return {(finding["effect"], finding["component"]) for finding in asserted(answer, ASSERTED)}
-
-
 def table(labels: Mapping[str, Label], answers: Mapping[str, Answers]) -> Table:
     """Return a line for each rule: in how many cases it asserts something else, and the score without it.
 
@@ -142,7 +137,8 @@ def table(labels: Mapping[str, Label], answers: Mapping[str, Answers]) -> Table:
     whole = answers[WHOLE]
     for rule, its in answers.items():
         lines = {line.name: line for line in rows(labels, its)}
-        other = sum(names(its[case]) != names(whole[case]) for case in labels)
+        pairs = [[asserted(each[case], ASSERTED) for each in (its, whole)] for case in labels]
+        other = sum(names_of(findings) != names_of(others) for findings, others in pairs)
         shown.add_row(rule, str(other), *(_cell(lines[name]) for name in SHOWN))
     return shown
 

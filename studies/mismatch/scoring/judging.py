@@ -22,13 +22,16 @@ def asserted(answer: Answer, least: float) -> list[dict[str, Any]]:
     return [finding for finding in answer["findings"] if finding["probability"] >= least]
 
 
+def names_of(parts: Iterable[Mapping[str, Any]]) -> set[tuple[str, str]]:
+    """Return effect and component of each finding, or of each effect of a label."""
+    return {(part["effect"], part["component"]) for part in parts}
+
+
 def fits(effect: str, component: str, truth: Label) -> bool:
     """Say whether an effect on a component is the truth, or one that the drive cannot separate from it."""
-    right = {(truth["effect"], truth["component"])}
-    right |= {(other["effect"], other["component"]) for other in truth.get("acceptable", ())}
     if truth["effect"] == "unknown" and effect in UNNAMED:
         return True
-    return (effect, component) in right
+    return (effect, component) in names_of([truth, *truth.get("acceptable", ())])
 
 
 def wrong(finding: dict[str, Any], label: Label) -> bool:
@@ -41,9 +44,7 @@ def wrong(finding: dict[str, Any], label: Label) -> bool:
 def is_secondary(finding: dict[str, Any], label: Label) -> bool:
     """Say whether a finding is true beside the label's effects: naming it is right, missing it no mistake."""
     beside = (*label.get("secondary", ()), *label.get("acceptable_findings", ()))
-    return any(
-        (finding["effect"], finding["component"]) == (true["effect"], true["component"]) for true in beside
-    )
+    return names_of([finding]) <= names_of(beside)
 
 
 def first_right(label: Label, answer: Answer) -> bool:
@@ -54,9 +55,8 @@ def first_right(label: Label, answer: Answer) -> bool:
 
 def first_exact(label: Label, answer: Answer) -> bool:
     """Say whether the first findings are the label's effects by name and component."""
-    truth = {(effect["effect"], effect["component"]) for effect in label["effects"]}
-    first = {(finding["effect"], finding["component"]) for finding in answer["findings"][: len(truth)]}
-    return first == truth
+    truth = names_of(label["effects"])
+    return names_of(answer["findings"][: len(truth)]) == truth
 
 
 def reported_instead(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> Counter[tuple[str, str]]:
@@ -136,9 +136,8 @@ def beyond_twins(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> 
 def _beyond(answer: Answer, label: Label, twin: Answer | None) -> Answer:
     if twin is None:
         return answer
-    known = {(finding["effect"], finding["component"]) for finding in asserted(twin, ASSERTED)}
-    known -= {(truth["effect"], truth["component"]) for truth in label["effects"]}
-    kept = [each for each in answer["findings"] if (each["effect"], each["component"]) not in known]
+    known = names_of(asserted(twin, ASSERTED)) - names_of(label["effects"])
+    kept = [each for each in answer["findings"] if not names_of([each]) & known]
     return {**answer, "findings": kept}
 
 
@@ -189,5 +188,5 @@ def _matches(pairs: Iterable[tuple[Label, Answer]]) -> Iterable[tuple[Label, dic
     for label, answer in pairs:
         for truth in label["effects"]:
             for finding in answer["findings"]:
-                if (finding["effect"], finding["component"]) == (truth["effect"], truth["component"]):
+                if names_of([finding]) == names_of([truth]):
                     yield truth, finding, label.get("period", 0.02)
