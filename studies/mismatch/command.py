@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterable
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.table import Table
 
-from omnimate.cli.console import out, progress_bar
+from omnimate.cli.console import progress_bar, say
 from omnimate.cli.tables import show
 
 
@@ -63,34 +65,24 @@ def prove(
     ] = False,
 ) -> None:
     """Prove the mismatch tool on recordings of known truth, from many worlds that share no code with it."""
-    if laws:
-        _laws(folder, cases, seed, jobs, figures, quick=quick)
-        return
+    from studies.mismatch.laws import study as of_laws
     from studies.mismatch.real import real_part
     from studies.mismatch.study import study
     from studies.mismatch.worlds.registry import chosen
     from studies.mismatch.worlds.world import Request
 
-    if not real_only:
-        asked, request = chosen(data, world or ()), Request(seed, cases, quick)
-        with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as place:
-            results = study(
-                Path(place), asked, request, jobs, progress_bar, figures, leave_one_out=leave_one_out
-            )
-            for result in results:
-                show(result) if not isinstance(result, str) else out.print(result, soft_wrap=True)
-    if real_only or not (quick or world):
-        for result in real_part(data / "real", figures):
-            out.print(result, soft_wrap=isinstance(result, str))
+    with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as kept:
+        place = Path(kept)
+        if laws:
+            count = cases or (1 if quick else of_laws.CASES)
+            _show(of_laws.study(place, seed, jobs, progress_bar, figures, count=count, quick=quick))
+        elif not real_only:
+            asked, request = chosen(data, world or ()), Request(seed, cases, quick)
+            _show(study(place, asked, request, jobs, progress_bar, figures, leave_one_out=leave_one_out))
+    if real_only or not (laws or quick or world):
+        _show(real_part(data / "real", figures))
 
 
-def _laws(
-    folder: Path | None, cases: int | None, seed: int, jobs: int, figures: Path | None, *, quick: bool
-) -> None:
-    """Show how much of what an effect explains a learned law recovers."""
-    from studies.mismatch.laws.study import CASES, study
-
-    with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as place:
-        count = cases or (1 if quick else CASES)
-        for result in study(Path(place), seed, jobs, progress_bar, figures, count=count, quick=quick):
-            show(result) if not isinstance(result, str) else out.print(result, soft_wrap=True)
+def _show(results: Iterable[Table | str]) -> None:
+    for result in results:
+        say(result) if isinstance(result, str) else show(result)
