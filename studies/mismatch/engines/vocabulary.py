@@ -143,6 +143,18 @@ def label(
     }
 
 
+CLEAR = 5.0  # standard deviations below which a recording may not show something
+
+
+def case_label(kind: str, effects: list[dict[str, Any]], *, weak: bool) -> dict[str, Any]:
+    """Return what the label of a case of one recording says; any answer is right where an effect is weak."""
+    verdict = (
+        ["insufficient", "agreement", "mismatch"] if weak else ["mismatch"] if effects else ["agreement"]
+    )
+    kind = "insufficient" if weak else kind
+    return {"kind": kind, "verdict": verdict, "recordings": ["1"], "effects": effects}
+
+
 def set_bump_times(label: dict[str, Any], time: Array, counts: NDArray[np.int64]) -> None:
     """Set the times of a bump's label to when the wheel meets them: while it stands it meets none."""
     rolls = np.diff(counts) != 0

@@ -27,7 +27,7 @@ from studies.mismatch.engines.scene import SEEDS, START
 from studies.mismatch.engines.strength import Drive as Seen
 from studies.mismatch.engines.strength import Noise, Ruler, left_of, residual
 from studies.mismatch.engines.true_motion import Drive, Nominal, axle_ahead, calibrate
-from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS, Array, label
+from studies.mismatch.engines.vocabulary import CLEAR, LINKAGE, WHEELS, Array, case_label, label
 from studies.mismatch.engines.wide.robots import COUNTS, JOINTS, METRES, within
 from studies.mismatch.engines.writing import Log, Measuring, Robot, measured, seen, seen_exactly, write
 from studies.mismatch.engines.writing import encoders as drawn_encoders
@@ -38,7 +38,6 @@ Build = Callable[[Setting], Fault]
 MOST = (
     0.5  # share of a change without a law that a name may leave; it then explains three quarters of its power
 )
-CLEAR = 5.0  # standard deviations below which a recording may not show something
 # What contacts do to every robot: tyres creep, skid and scrub.
 EVERYDAY = ("lateral_slip", "traction_slip", "turn_scrub", "wheelbase")
 
@@ -358,16 +357,11 @@ def _written(
     labels = [
         _label(case, fault, one, driven, healthy, ruler) for fault, one in zip(hidden, alone, strict=True)
     ]
-    weak = any(each["sigmas_above_noise"] < CLEAR for each in labels)
     unnamed = any(each["effect"] == "unknown" for each in labels)
     kind = "null" if not labels else "multi" if len(labels) > 1 else "unknown" if unnamed else "single"
-    verdict = ["insufficient", "agreement", "mismatch"] if weak else ["mismatch"] if labels else ["agreement"]
     chassis = case.setting.chassis
     return {
-        "kind": "insufficient" if weak else kind,
-        "verdict": verdict,
-        "recordings": [folder.name],
-        "effects": labels,
+        **case_label(kind, labels, weak=any(each["sigmas_above_noise"] < CLEAR for each in labels)),
         "secondary": everyday(healthy, ruler, ruler.noise.whitened([untouched])),
         "engine": "pybullet",
         "robot": chassis.name,

@@ -15,7 +15,7 @@ from studies.mismatch.engines.mujoco.drive import Floor, drive
 from studies.mismatch.engines.mujoco.faults import FaultyRobot, Setting, Values, yielding
 from studies.mismatch.engines.mujoco.model import Robot, random_robot
 from studies.mismatch.engines.true_motion import Drive, Nominal, above_noise, calibrate, residuals
-from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
+from studies.mismatch.engines.vocabulary import CLEAR, LINKAGE, WHEELS, case_label
 from studies.mismatch.engines.writing import Device, Log, Measuring, write
 from studies.mismatch.engines.writing import Robot as Described
 
@@ -55,7 +55,6 @@ PREPARED = {
 CABLES = {"bump", "round_and_cables"}  # driven slowly: at 0.4 m/s the shock makes the other wheel slip too
 POSES_ONLY = {"floor_slope"}  # moves both trucks alike, and is visible in measured poses only
 RESOLVED = np.array([1e-4] * 6 + [1e-4, 1e-4, 1e-4])  # below the resolution of any sensor [m, rad]
-CLEAR = 5.0  # standard deviations below which a recording may not show the fault
 # How poses are measured, in turn: not at all, at the stops, or 33 times a second.
 POSES: tuple[Measuring | None, ...] = (
     None,
@@ -195,18 +194,8 @@ def _sigmas(after: Drive, before: Drive, values: Values, nominal: Nominal, robot
 
 def _label(fault: FaultyRobot, run: Drive, sigmas: float) -> dict[str, Any]:
     """Return what a label says of a fault; where it cannot be seen, an answer may say so."""
-    effects = fault.labels_of(run)
-    hidden = bool(effects) and sigmas < CLEAR
-    verdict = ["agreement"] if not effects else ["mismatch"]
-    if hidden:
-        verdict = ["insufficient", "agreement", "mismatch"]
-    return {
-        "kind": "insufficient" if hidden else fault.kind,
-        "verdict": verdict,
-        "recordings": ["1"],
-        "effects": [effect | {"sigmas_above_noise": round(sigmas, 2)} for effect in effects],
-        "engine": "mujoco",
-    }
+    effects = [effect | {"sigmas_above_noise": round(sigmas, 2)} for effect in fault.labels_of(run)]
+    return {**case_label(fault.kind, effects, weak=bool(effects) and sigmas < CLEAR), "engine": "mujoco"}
 
 
 def _tyres(creep: float | None) -> list[dict[str, str]]:

@@ -18,11 +18,13 @@ from studies.mismatch.engines.rivals import alike, separations
 from studies.mismatch.engines.scene import SEEDS, START, Scene, drawn_parameters
 from studies.mismatch.engines.strength import Drive, Noise, Ruler, left_of, rates, residual
 from studies.mismatch.engines.vocabulary import (
+    CLEAR,
     JOINTS,
     LINKAGE,
     VOCABULARY,
     WHEELS,
     Array,
+    case_label,
     label,
     set_bump_times,
 )
@@ -31,7 +33,6 @@ from studies.mismatch.engines.writing import Log, Measuring, Robot, seen, write
 
 ROUGHNESS, WAVES = (5e-5, 2e-3), (0.05, 0.5)  # [m/sqrt(m)], [m]
 STRETCH = (0.4, 2.5)  # factor on the usual size of a fault
-CLEAR = 5.0  # standard deviations below which a recording may not show a fault
 WEAK, ATTEMPTS = 0.1, 6  # share of faults of any strength; draws for a clear one of the others
 KINDS = {"null": 0.4, "single": 0.35, "multi": 0.1, "unknown": 0.15}  # shares of the cases
 DROPPED = (0.0, 0.0, 0.002, 0.02)  # share of frames that are lost
@@ -107,10 +108,8 @@ def make(folder: Path, seed: int, number: int, measuring: Measuring | None = Non
     measuring = measuring or _aged(setting.measuring, [each.fault for each in hidden])
     labels = [_label(each, setting, driven, healthy) for each in hidden]
     write(folder / "1", setting.robot, driven, measuring, float(chance.choice(DROPPED)), chance)
-    weak = any(each.strength < CLEAR for each in hidden)
-    verdict = ["insufficient", "agreement", "mismatch"] if weak else ["mismatch"] if labels else ["agreement"]
     return {
-        "kind": "insufficient" if weak else kind, "verdict": verdict, "recordings": ["1"], "effects": labels,
+        **case_label(kind, labels, weak=any(each.strength < CLEAR for each in hidden)),
         "poses": "none" if measuring is None else f"{measuring.period:g} s", "drive": setting.kind,
         "trucks": setting.robot.trucks, "period": setting.robot.period, "secondary": secondary(measuring),
         "roughness": setting.scene.floor.roughness,
