@@ -30,7 +30,9 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def pytest_addoption(parser):
     parser.addoption(
-        "--touched-since", metavar="COMMIT", help="only tests whose file, page or module differs from COMMIT"
+        "--touched-since",
+        metavar="COMMIT",
+        help="only tests of what differs from COMMIT",
     )
 
 
@@ -40,7 +42,8 @@ def pytest_collection_modifyitems(config, items):
     if commit is not None:
         command = ["git", "diff", "--name-only", "--diff-filter=AM", "--find-renames", commit]
         changes = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
-        touched = set(changes.stdout.splitlines())
+        touched = {Path(name) for name in changes.stdout.splitlines()}
+        touched |= {folder for file in touched for folder in file.parents}
         keep(config, items, lambda item: touched.intersection(sources_of(item)))
     if not SHARED_DATA.is_dir():
         # One test of each file that needs the folder is skipped for all of them.
@@ -55,12 +58,12 @@ def keep(config, items, is_kept):
 
 
 def sources_of(item):
-    """Yield the files that a test is about: its own, the module that it mirrors, the page that it runs."""
+    """Yield what a test is about: its own file, the module or folder that it mirrors, the page it runs."""
     path = item.path.relative_to(ROOT)
-    yield str(path)
-    yield str(Path(*path.parts[1:-1], path.name.removeprefix("test_")))
-    if hasattr(item, "callspec"):
-        yield from (f"docs/{value}" for value in item.callspec.params.values() if isinstance(value, str))
+    mirrored = Path(*path.parts[1:-1], path.name.removeprefix("test_"))
+    yield from (path, mirrored, mirrored.with_suffix(""))
+    values = item.callspec.params.values() if hasattr(item, "callspec") else ()
+    yield from (Path("docs", value) for value in values if isinstance(value, str) and value)
 
 
 @pytest.fixture(scope="session")

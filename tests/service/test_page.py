@@ -214,6 +214,7 @@ def test_what_the_service_refuses_is_said_where_it_was_typed(page):
     expect(page.locator("#sample-message")).to_have_attribute("data-kind", "wrong")
 
 
+@pytest.mark.slow
 def test_a_robot_that_drives_by_itself_is_calibrated_while_one_looks_on(robot_page, picture):
     page = robot_page
     live(page)
@@ -255,6 +256,7 @@ def test_s_stops_the_robot_and_the_session_says_so(robot_page, picture):
     picture(page, "stopped")
 
 
+@pytest.mark.slow
 def test_a_recording_is_uploaded_and_diagnosed_by_clicking(page, tmp_path, picture):
     folder = tmp_path / "straight"
     drive = [*COMMAND, "simulate", str(folder), "--protocol", "straight", "--side", "2", "--runs", "1"]
@@ -319,6 +321,7 @@ def test_one_of_a_fleets_floors_is_chosen(browser, tmp_path):
         expect(page.locator("#fleet-places li")).to_have_count(1)
 
 
+@pytest.mark.slow
 def test_a_fleet_is_shown_at_a_glance_with_its_floor_a_robots_history_and_report(browser, tmp_path, picture):
     write_results(str(tmp_path / "fleets" / "hall-3" / "results"))
     with serving(tmp_path) as address, opened(browser, address) as page:
