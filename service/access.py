@@ -34,10 +34,12 @@ class Caller:
     Attributes:
         name: The id of the caller's key; "local" where no key is needed.
         role: What the caller may do: read, or also change things and move the robot.
+        key_name: The name of the caller's key; None where no key is needed.
     """
 
     name: str
     role: Role
+    key_name: str | None = None
 
 
 LOCAL = Caller("local", "operate")
@@ -93,7 +95,7 @@ def caller_of(db: Session, authorization: str | None, *, keyless_allowed: bool) 
         )
     if row.revoked is not None:
         raise AuthenticationError(f"key {row.name!r} has been revoked; ask for a new key")
-    return Caller(row.id, "operate" if row.role == "operate" else "read")
+    return Caller(row.id, "operate" if row.role == "operate" else "read", row.name)
 
 
 class Callers:

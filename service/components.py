@@ -144,7 +144,8 @@ def _store_version(database: Database, vehicle: VehicleParameters, text: str | N
     A file that equals a former version adds none: the calibrations since then started from it.
     """
     with database.writing() as db:
+        origin = vehicles.Origin("file")
         if all(row.name != vehicle.name for row in vehicles.newest_of_all(db)):
-            vehicles.create(db, vehicle, "file", text)
+            vehicles.create(db, vehicle, origin, text)
         elif all(vehicles.parameters_of(row) != vehicle for row in vehicles.versions(db, vehicle.name)):
-            vehicles.add_version(db, vehicle, "file", None, text)
+            vehicles.add_version(db, vehicle, origin, None, text)

@@ -65,9 +65,10 @@ function showParameters({ trucks, link_length: link }) {
 function showHistory(versions, trucks) {
   const columns = trucks.flatMap((truck) => Object.keys(SIZES).map((key) => [truck, key]));
   $("history-head").replaceChildren(row(...[t("Version"), t("Since"), t("By"), ...columns.map(([truck, key]) => `${truck} ${SIZES[key]} mm`)].map((word) => el("th", { scope: "col" }, word))));
-  $("history").replaceChildren(...versions.map(({ version, created, origin, trucks: sizes }, index) => {
+  $("history").replaceChildren(...versions.map(({ version, created, origin, session, made_by: key, trucks: sizes }, index) => {
     const former = versions[index + 1]?.trucks;
-    return row(`${version}`, when(created), origin, ...columns.map(([truck, key]) => {
+    const source = session ? el("a", { href: `#calibrate/${session}` }, origin) : origin;
+    return row(`${version}`, when(created), el("td", {}, source, key && t(", key {key}", { key })), ...columns.map(([truck, key]) => {
       const changed = former && former[truck]?.[key] !== sizes[truck]?.[key];
       return el(changed ? "b" : "span", {}, mm(sizes[truck]?.[key], key === "wheelbase" ? 2 : 3));
     }));

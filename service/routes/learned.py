@@ -85,7 +85,7 @@ def add_learned_version(
     vehicle: VehicleParameters,
     slow: SlowParameters,
     findings: Findings,
-    origin: str,
+    origin: vehicles.Origin,
     expected: str | None,
 ) -> VehicleRow:
     """Make what was learned of a vehicle its newest version, except what is undecided.
@@ -146,7 +146,8 @@ def accept_learned(call: Operating, if_match: IfMatch) -> Response:
     expected = expected_version(if_match)
 
     def act(db: Db) -> Answer:
-        row = add_learned_version(db, *learned, "learned on the way", expected)
+        origin = vehicles.Origin("learned on the way", call.caller.key_name)
+        row = add_learned_version(db, *learned, origin, expected)
         return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 
     response = call.change(None, act)
@@ -176,7 +177,7 @@ def accept_learned_of_recording(
     def act(db: Db, learned: tuple[Recording, Estimate]) -> Answer:
         recording, estimate = learned
         accepted.append(recording.vehicle.name)
-        origin = f"learned from recording {recording_id}"
+        origin = vehicles.Origin(f"learned from recording {recording_id}", call.caller.key_name)
         row = add_learned_version(db, recording.vehicle, estimate.slow, estimate.findings, origin, expected)
         return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 

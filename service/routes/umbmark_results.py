@@ -87,7 +87,7 @@ def accept_result(
 
     def act(db: Db) -> Answer:
         row = sessions.session_for(db, session_id, "accept", call.components.settings.lifetime)
-        version = sessions.accept_result(db, row, revision, force=force)
+        version = sessions.accept_result(db, row, revision, call.caller.key_name, force=force)
         headers = {"Location": f"/v1/vehicles/{row.vehicle}", "ETag": etag(version.version)}
         return Answer(sessions.session_with_samples(db, row), 200, headers)
 

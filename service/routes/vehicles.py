@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Query, Request
 from fastapi import Path as PathParameter
 from fastapi.responses import PlainTextResponse, Response
+from pydantic import Field
 from sqlalchemy.orm import Session as Db
 from starlette.concurrency import run_in_threadpool
 
@@ -35,7 +36,14 @@ class Vehicle(RowModel):
     name: str
     version: int
     created: float
-    origin: str
+    origin: Annotated[str, Field(description="Where the version comes from, in words.")]
+    session: Annotated[
+        str | None,
+        Field(description="The id of the UMBmark session whose result it is; null for another origin."),
+    ]
+    made_by: Annotated[
+        str | None, Field(description="The name of the key with which it was made; null without a key.")
+    ]
     trucks: dict[TruckName, TruckSizes]
     link_length: float | None
     toml: str | None = None
@@ -63,7 +71,7 @@ async def create_vehicle(request: Request, call: Operating) -> Response:
     vehicle, text = _parsed(request, content)
 
     def act(db: Db) -> Answer:
-        row = vehicles.create(db, vehicle, "sent", text)
+        row = vehicles.create(db, vehicle, vehicles.Origin("sent", call.caller.key_name), text)
         return Answer(vehicle_view(row), 201, {"Location": f"{PREFIX}/{row.name}", "ETag": etag(row.version)})
 
     return await run_in_threadpool(call.change, content, act)
@@ -91,7 +99,8 @@ async def change_vehicle(name: VehicleName, request: Request, call: Operating, i
 
     def act(db: Db) -> Answer:
         version = None if expected is None else int(expected)
-        row = vehicles.add_version(db, vehicle, "sent", version, text)
+        origin = vehicles.Origin("sent", call.caller.key_name)
+        row = vehicles.add_version(db, vehicle, origin, version, text)
         return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 
     response = await run_in_threadpool(call.change, content, act)

@@ -78,6 +78,8 @@ class VehicleRow(Base):
     version: Mapped[int] = mapped_column(primary_key=True)
     toml: Mapped[str] = mapped_column(Text)
     origin: Mapped[str] = mapped_column(String(200))
+    session: Mapped[str | None] = mapped_column(String(32))  # whose result it is
+    made_by: Mapped[str | None] = mapped_column(String(100))  # name of the key that made it
     created: Mapped[float]
 
 

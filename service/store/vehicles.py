@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,21 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from omnimate.vehicle.parameters import VehicleParameters
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where the parameters of a version come from.
+
+    Attributes:
+        text: The origin in words.
+        made_by: The name of the key with which the version was made; None without a key.
+        session: The id of the UMBmark session whose result it is; None for another origin.
+    """
+
+    text: str
+    made_by: str | None = None
+    session: str | None = None
 
 
 def newest(db: Session, name: str) -> VehicleRow:
@@ -73,7 +89,7 @@ def newest_of_all(db: Session) -> Sequence[VehicleRow]:
     ).all()
 
 
-def create(db: Session, vehicle: VehicleParameters, origin: str, text: str | None = None) -> VehicleRow:
+def create(db: Session, vehicle: VehicleParameters, origin: Origin, text: str | None = None) -> VehicleRow:
     """Add the first version of a vehicle; `text` is its vehicle.toml as a person wrote it.
 
     Raises:
@@ -89,14 +105,14 @@ def create(db: Session, vehicle: VehicleParameters, origin: str, text: str | Non
 
 
 def add_version(
-    db: Session, vehicle: VehicleParameters, origin: str, expected: int | None, text: str | None = None
+    db: Session, vehicle: VehicleParameters, origin: Origin, expected: int | None, text: str | None = None
 ) -> VehicleRow:
     """Add a version of a vehicle, after every other transaction that adds one has ended.
 
     Args:
         db: The open transaction.
         vehicle: The parameters of the new version.
-        origin: Where the parameters come from, in words.
+        origin: Where the parameters come from.
         expected: The version that the caller expects to be the newest; None accepts any version.
         text: Its vehicle.toml as a person wrote it; None where it is to be generated.
 
@@ -125,10 +141,18 @@ def _parsed(toml: str, source: str) -> VehicleParameters:
 
 
 def _insert(
-    db: Session, vehicle: VehicleParameters, number: int, origin: str, text: str | None
+    db: Session, vehicle: VehicleParameters, number: int, origin: Origin, text: str | None
 ) -> VehicleRow:
     toml = format_vehicle(vehicle) if text is None else text
-    row = VehicleRow(name=vehicle.name, version=number, toml=toml, origin=origin, created=time.time())
+    row = VehicleRow(
+        name=vehicle.name,
+        version=number,
+        toml=toml,
+        origin=origin.text,
+        session=origin.session,
+        made_by=origin.made_by,
+        created=time.time(),
+    )
     db.add(row)
     db.flush()
     return row

@@ -207,11 +207,17 @@ def last_result(row: SessionRow) -> Result:
     return Result.model_validate_json(row.result)
 
 
-def accept_result(db: Db, row: SessionRow, revision: str | None, *, force: bool) -> VehicleRow:
+def accept_result(
+    db: Db, row: SessionRow, revision: str | None, made_by: str | None, *, force: bool
+) -> VehicleRow:
     """Make a session's result the newest version of its vehicle.
 
-    The revision is the one that the caller has seen, None for any; `force` accepts a result of which a check
-    reports an error.
+    Args:
+        db: The open transaction.
+        row: The session.
+        revision: The revision of the result that the caller has seen; None for any.
+        made_by: The name of the caller's key; None without a key.
+        force: Whether to accept a result of which a check reports an error.
 
     Raises:
         ModifiedError: the result has another revision, or the vehicle has a newer version.
@@ -226,7 +232,8 @@ def accept_result(db: Db, row: SessionRow, revision: str | None, *, force: bool)
         raise StateError("a check of this result reports an error (see advice); send force to use it anyway")
     trucks = {name: Truck(**truck.calibrated.model_dump()) for name, truck in result.trucks.items()}
     vehicle = corrected_vehicle(vehicle_of(db, row), trucks)
-    version = vehicles.add_version(db, vehicle, f"session {row.id}", row.vehicle_version)
+    origin = vehicles.Origin(f"session {row.id}", made_by, row.id)
+    version = vehicles.add_version(db, vehicle, origin, row.vehicle_version)
     row.state, row.detail = "accepted", f"vehicle {row.vehicle} is now at version {version.version}"
     return version
 

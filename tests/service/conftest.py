@@ -84,7 +84,7 @@ def database(tmp_path_factory):
     """A new SQLite database that holds the reference robot, without a service."""
     opened = Database(f"sqlite:///{tmp_path_factory.mktemp('database')}/service.db")
     with opened.writing() as db:
-        vehicles.create(db, reference_vehicle(), "test")
+        vehicles.create(db, reference_vehicle(), vehicles.Origin("test"))
     yield opened
     opened.close()
 

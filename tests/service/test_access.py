@@ -37,6 +37,29 @@ def test_with_keys_nothing_is_answered_without_one(locked):
     assert locked.get("/healthz").status_code == 200
 
 
+def test_a_version_names_its_key_and_the_session_whose_result_it_is(database_url, serving, started, sampled):
+    with serving(database_url) as client:
+        with client.components.database.writing() as db:
+            client.headers |= bearer(add_key(db, "laptop", "operate"))
+        path = started(client)
+        sampled(client, path)
+        client.post(f"{path}/solve")
+        client.post(f"{path}/accept", headers={"If-Match": "*"})
+        text = client.get("/v1/vehicles/omnimate").json()["toml"]
+        headers = {"Content-Type": "application/toml", "If-Match": "*"}
+        client.put("/v1/vehicles/omnimate", content=text, headers=headers)
+        client.post("/v1/vehicles", content=text.replace('"omnimate"', '"another"', 1), headers=headers)
+        versions = client.get("/v1/vehicles/omnimate/versions").json()
+        another = client.get("/v1/vehicles/another").json()
+    session = path.rpartition("/")[2]
+    assert [(version["made_by"], version["session"]) for version in (another, *versions)] == [
+        ("laptop", None),
+        ("laptop", None),
+        ("laptop", session),
+        (None, None),
+    ]
+
+
 @pytest.mark.parametrize("key", ["", "omk_", "omk_00000000_x", "x", "omk_é"])
 def test_a_wrong_key_is_none(locked, key):
     assert locked.get("/v1/vehicles", headers={"Authorization": f"Bearer {key}".encode()}).status_code == 401

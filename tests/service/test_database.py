@@ -19,10 +19,11 @@ def test_the_migrations_make_the_tables_of_the_code(database_url):
     database.close()
 
 
-VALUES = {"floor": "", "content": b"zip"}  # of columns whose later form depends on them
+VALUES = {"floor": "", "content": b"zip", "origin": "session 1"}  # on which later columns depend
 DEFAULTS = {
     "jobs": {"kind": "diagnose", "priority": 0},
     "findings": {"floor": ""},
+    "vehicles": {"session": "1"},
 }  # of columns that are added
 
 
@@ -53,7 +54,7 @@ def fill(connection):
             connection.execute(table.insert().values(row))
 
 
-@pytest.mark.parametrize("revision", ["0001", "0002", "0003", "0004", "0005"])
+@pytest.mark.parametrize("revision", ["0001", "0002", "0003", "0004", "0005", "0006"])
 def test_the_rows_of_every_released_schema_are_in_the_newest_one(revision, database_url):
     engine, config = sqlalchemy.create_engine(database_url), Config()
     config.set_main_option("script_location", str(MIGRATIONS))

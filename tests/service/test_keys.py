@@ -51,8 +51,8 @@ def identify(database, authorization, *, keyless_allowed=False):
 @pytest.mark.parametrize("role", ["read", "operate"])
 def test_a_key_identifies_its_caller_and_role(database, role):
     identity, authorization = new_key(database, role)
-    assert identify(database, authorization) == Caller(identity, role)
-    assert identify(database, authorization.replace("Bearer", "bearer")) == Caller(identity, role)
+    assert identify(database, authorization) == Caller(identity, role, role)
+    assert identify(database, authorization.replace("Bearer", "bearer")) == Caller(identity, role, role)
 
 
 def test_a_role_that_is_not_known_may_only_read(database):
@@ -119,7 +119,7 @@ def test_a_caller_is_remembered_for_less_than_the_age_that_is_asked_for(database
     assert callers.remembered(authorization, float("inf")) is None
     callers.identify(database, authorization)
     now.now += 1.0
-    assert callers.remembered(authorization, 1.5) == Caller(identity, "read")
+    assert callers.remembered(authorization, 1.5) == Caller(identity, "read", "read")
     assert callers.remembered(authorization, 1.0) is None
 
 

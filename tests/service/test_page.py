@@ -176,6 +176,8 @@ def test_a_calibration_typed_in_millimetres_finds_the_robot_that_made_the_number
     picture(page, "manual-result")
     accept(page)
     picture(page, "vehicle")
+    page.locator("#history a").click()
+    expect(page.locator("#session-state")).to_have_text("accepted", timeout=SOON)
 
 
 def test_a_run_left_out_leaves_the_clusters(page):

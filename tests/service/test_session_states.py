@@ -127,7 +127,7 @@ class Session(RuleBasedStateMachine):
 
     @rule()
     def accept(self):
-        self.ended |= self.call("accept", lambda db, row: accept_result(db, row, None, force=True))
+        self.ended |= self.call("accept", lambda db, row: accept_result(db, row, None, None, force=True))
 
     @rule()
     def abort(self):

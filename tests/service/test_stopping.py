@@ -396,7 +396,7 @@ def refusing_database(tmp_path):
     """A database that holds the reference robot."""
     database = RefusingDatabase(f"sqlite:///{tmp_path}/service.db")
     with database.writing() as db:
-        vehicles.create(db, reference_vehicle(), "test")
+        vehicles.create(db, reference_vehicle(), vehicles.Origin("test"))
     yield database
     database.close()
 

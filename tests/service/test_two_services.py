@@ -78,11 +78,11 @@ def test_a_version_that_waits_for_another_one_is_checked_against_it(postgresql_u
 
     def add(database):
         with database.writing() as db:
-            return vehicles.add_version(db, vehicle, "late", None).version
+            return vehicles.add_version(db, vehicle, vehicles.Origin("late"), None).version
 
     with ThreadPoolExecutor(1) as pool:
         with one.writing() as db:
-            version = vehicles.add_version(db, vehicle, "first", None).version
+            version = vehicles.add_version(db, vehicle, vehicles.Origin("first"), None).version
             waiting = pool.submit(add, another)
             engine = sqlalchemy.create_engine(postgresql_url, isolation_level="AUTOCOMMIT")
             query = sqlalchemy.text("select count(*) from pg_locks where not granted")

@@ -13,6 +13,7 @@ from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import format_vehicle
 
 ROBOT = replace(reference_vehicle(), name="robot")
+TEST = vehicles.Origin("test")
 
 
 def wider(millimetres):
@@ -26,17 +27,17 @@ def wider(millimetres):
 def test_a_change_adds_a_version_exactly_where_the_newest_one_was_expected(database, changes):
     with database.writing() as db:
         db.query(VehicleRow).filter(VehicleRow.name == "robot").delete()
-        vehicles.create(db, ROBOT, "test")
+        vehicles.create(db, ROBOT, TEST)
     kept = [ROBOT]
     for width, expected in changes:
         with database.writing() as db:
             if expected in {None, len(kept)}:
-                row = vehicles.add_version(db, wider(width), "test", expected)
+                row = vehicles.add_version(db, wider(width), TEST, expected)
                 kept.append(wider(width))
                 assert row.version == len(kept)
             else:
                 with pytest.raises(ModifiedError, match=f"is at version {len(kept)}, not {expected}"):
-                    vehicles.add_version(db, wider(width), "test", expected)
+                    vehicles.add_version(db, wider(width), TEST, expected)
     with database.reading() as db:
         rows = vehicles.versions(db, "robot")
         assert [row.version for row in rows] == list(range(len(kept), 0, -1))
@@ -46,14 +47,14 @@ def test_a_change_adds_a_version_exactly_where_the_newest_one_was_expected(datab
 
 def test_a_name_is_given_once(database):
     with database.writing() as db, pytest.raises(StateError, match="exists already"):
-        vehicles.create(db, reference_vehicle(), "test")
+        vehicles.create(db, reference_vehicle(), TEST)
 
 
 def test_the_newest_versions_of_all_vehicles_are_in_the_order_of_their_names(database):
     with database.writing() as db:
         for name in ("zebra", "ant"):
-            vehicles.create(db, replace(ROBOT, name=name), "test")
-        vehicles.add_version(db, replace(ROBOT, name="ant"), "test", 1)
+            vehicles.create(db, replace(ROBOT, name=name), TEST)
+        vehicles.add_version(db, replace(ROBOT, name="ant"), TEST, 1)
     with database.reading() as db:
         rows = [(row.name, row.version) for row in vehicles.newest_of_all(db) if row.name != "robot"]
     assert rows == [("ant", 2), ("omnimate", 1), ("zebra", 1)]
