@@ -170,7 +170,7 @@ def test_a_robot_that_is_lost_while_the_database_is_away_is_read_again(
     reporter = SessionReporter(database, EventStream().announce, "omnimate", "this", recordings)
     robot = RobotThread(None, simulated_plant(reference_vehicle()), 1.0, reporter)
     robot.start()
-    until(lambda: robot.problem is None)
+    until(lambda: robot.reservation.problem is None)
 
     def away(*_):
         raise OperationalError("update", {}, OSError())
@@ -180,7 +180,7 @@ def test_a_robot_that_is_lost_while_the_database_is_away_is_read_again(
     robot.reload()
     until(lambda: robot.reservation.session is None)
     monkeypatch.undo()
-    until(lambda: robot.problem is None)
+    until(lambda: robot.reservation.problem is None)
     assert robot._thread.is_alive()
     robot.close()
 
