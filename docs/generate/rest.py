@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from mkdocs.structure.files import File
 
 from omnimate.service.app import create_app
+from omnimate.service.routes.common import ALWAYS
 from omnimate.service.settings import Settings
 
 if TYPE_CHECKING:
@@ -22,9 +23,9 @@ Every call of `omnimate serve`, from its OpenAPI document (`/openapi.json`). The
 idempotency, keys, lists), the states of a session and the stream are in
 [REST, conventions and states](service.md). [My fleet](../how-to/fleet.md) shows the calls in use.
 
-Any call may be answered by a problem (`application/problem+json`, the [Problem](#problem) object) with status
-400, 401, 403, 404, 409, 413, 422, 429 or 503.
-"""
+Any call may be answered by a problem (`application/problem+json`, the [Problem](#problem) object) with one of
+the statuses STATUSES.
+""".replace("STATUSES", ", ".join(map(str, ALWAYS)))
 SCHEMA = "#/components/schemas/"
 
 
