@@ -89,8 +89,8 @@ class Tracker:
 
     Args:
         vehicle: Robot with two trucks as `vehicle.toml` describes it.
-        plain: Plain odometry of truck a, from whose pose the tracker starts, and which it steps from then on;
-            None to start from the origin.
+        plain: Plain odometry of truck a, from whose pose the tracker starts, and which its owner steps before
+            the tracker; None for one of its own, from the origin.
         prior: How well `vehicle` is known.
 
     Attributes:
@@ -104,7 +104,7 @@ class Tracker:
         self, vehicle: VehicleParameters, plain: Odometer | None = None, *, prior: Prior = CALIBRATED
     ) -> None:
         self.vehicle = vehicle
-        self._plain = Odometer(vehicle) if plain is None else plain
+        self._plain, self._steps_plain = plain or Odometer(vehicle), plain is None
         self._ipec, self._filter = Corrector(vehicle), Filter(vehicle, prior=prior)
         self._states = self._ipec.start(self._plain.pose), self._filter.start(self._plain.pose)
         self._corrections, self._lost = np.zeros(2), np.zeros(4)
@@ -114,7 +114,8 @@ class Tracker:
 
     def step(self, sample: Sample) -> None:
         """Update all methods with the next sample."""
-        self._plain.step(sample)
+        if self._steps_plain:
+            self._plain.step(sample)
         ipec, filtered = self._states
         self._states = ipec, filtered = self._ipec.step(ipec, sample), self._filter.step(filtered, sample)
         self._corrections = self._corrections + ipec.corrections

@@ -9,7 +9,7 @@ import numpy as np
 
 from omnimate.motion.reading import LinkReader
 from omnimate.vehicle.odometry import Odometer
-from omnimate.vehicle.se2 import wrap
+from omnimate.vehicle.se2 import compose, inverse, wrap
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -64,7 +64,12 @@ class Moment:
 
 
 def drive(
-    robot: Robot, runner: Runner, vehicle: VehicleParameters, journal: Journal, fix: Fix | None = None
+    robot: Robot,
+    runner: Runner,
+    vehicle: VehicleParameters,
+    journal: Journal,
+    fix: Fix | None = None,
+    locate: Callable[[Sample], PoseTuple] | None = None,
 ) -> Iterator[Moment]:
     """Execute a runner's program and yield after each sample; the caller may stop early.
 
@@ -81,13 +86,19 @@ def drive(
         journal: Journal that keeps laps and fixes.
         fix: Measures the absolute pose `(3,)` of a truck and its sigma `(3,)`, nan where unknown; None
             where nothing measures it.
+        locate: Returns the pose of truck a by odometry after a sample, from any start; None where the caller
+            has no odometry of its own.
     """
-    odometer, reader = Odometer(vehicle, "a"), LinkReader(vehicle)
+    locate, reader = locate or Odometer(vehicle, "a").step, LinkReader(vehicle)
+    start: Array | None = None  # of odometry, as the program sees it
     standing = (0.0,) * len(vehicle.wheels)
     last_complete, patience = -np.inf, MAX_BLIND_TIME - 2.0 * vehicle.bus.sync_period
     while not runner.done:
         sample = robot.cycle()
-        pose = odometer.step(sample)
+        located = locate(sample)
+        start = inverse(located) if start is None else start
+        x, y, theta = compose(start, located).tolist()
+        pose = x, y, theta
         if all(sample.present):
             last_complete = sample.time
         elif sample.time - last_complete > patience:
@@ -99,7 +110,7 @@ def drive(
         journal.observe(sample.time, runner)
         where = _measure_fixes(sample.time, vehicle, journal, fix) if runner.fix_due and fix else None
         if where is not None:
-            odometer.pose = (float(where[0]), float(where[1]), float(where[2]))
+            start = compose(where, inverse(located))
         yield Moment(sample, pose, runner.lap, where)
 
 

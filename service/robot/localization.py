@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.ipec.tracker import Tracker
+    from omnimate.vehicle.arcs import PoseTuple
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.sample import Sample
 
@@ -41,15 +42,18 @@ class Localization:
         self.tracker: Tracker | None = None
         self._first_samples: list[Sample] | None = [] if vehicle.linkage is not None else None
 
+    def locate(self, sample: Sample) -> PoseTuple:
+        """Return the pose of truck a by plain odometry after the next sample."""
+        for odometer in self._odometers.values():
+            odometer.step(sample)
+        return self._odometers["a"].pose
+
     def step(self, sample: Sample) -> None:
-        """Take a sample."""
+        """Update IPEC and the filter with the sample that was located last; that may take a few ms."""
         self._joints = self._link.read(sample.counts)
         if self.tracker is not None:
             self.tracker.step(sample)
-            return
-        for odometer in self._odometers.values():
-            odometer.step(sample)
-        if self._first_samples is not None and all(sample.present):
+        elif self._first_samples is not None and all(sample.present):
             self._first_samples.append(sample)
             if len(self._first_samples) == LOADING_SAMPLES:
                 samples, self._first_samples = self._first_samples, None
@@ -64,7 +68,7 @@ class Localization:
         trial = Tracker(self._vehicle)
         for sample in samples:
             trial.step(sample)
-        self.tracker = Tracker(self._vehicle, self._odometers["a"])  # and from now on, it steps truck a
+        self.tracker = Tracker(self._vehicle, self._odometers["a"])
         gc.freeze()  # a garbage collection of everything that was loaded would take a tenth of a second
 
     def as_event(self) -> dict[str, Any]:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from omnimate.driver.robot.report import DriverReport
     from omnimate.ipec.tracker import Tracker
     from omnimate.service.robot.reservation import Reservation
+    from omnimate.vehicle.arcs import PoseTuple
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.sample import Sample
 
@@ -40,9 +41,20 @@ class Observer:
         """The tracker of the robot; None until it is loaded, and for a robot with a single truck."""
         return None if self._localization is None else self._localization.tracker
 
-    def observe(self, sample: Sample, driver: Driver) -> None:
-        """Take a sample, and describe the robot and its nodes when it is time."""
+    def read(self, driver: Driver) -> None:
+        """Read the next sample and observe it."""
+        sample = driver.cycle()
+        self.locate(sample)
+        self.observe(sample, driver)
+
+    def locate(self, sample: Sample) -> PoseTuple:
+        """Return the pose of truck a by plain odometry after the next sample."""
         assert self._localization is not None  # begin() was called
+        return self._localization.locate(sample)
+
+    def observe(self, sample: Sample, driver: Driver) -> None:
+        """Take the sample that was located last; describe the robot and its nodes when it is time."""
+        assert self._localization is not None
         self.samples += 1
         self.incomplete += not all(sample.present)
         self._localization.step(sample)

@@ -122,6 +122,6 @@ class RobotThread:
         self.observer.begin(driver.vehicle)
         reservation.problem = None
         while not (self._ending.is_set() or self._reloading.is_set()):
-            self.observer.observe(driver.cycle(), driver)
+            self.observer.read(driver)
             if reservation.order is not None:
                 self._session_driver.run(connection, reservation.order)

@@ -89,13 +89,14 @@ class SessionDriver:
         program = _program(connection, order, direction)
         vehicle = connection.driver.vehicle
         runner = self._while_reading(connection, Runner, program, vehicle)  # it may have to compile
+        fix, locate = connection.fix, self.observer.locate
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place) / "lap"
             with Recorder(folder, vehicle, protocol=program.protocol, side=program.side) as recorder:
                 journal = Journal(program, recorder)
                 self.frame_feed.recorder = recorder
                 try:
-                    for moment in drive(connection.driver, runner, vehicle, journal, connection.fix):
+                    for moment in drive(connection.driver, runner, vehicle, journal, fix, locate):
                         self.observer.observe(moment.sample, connection.driver)
                         self.reservation.require_wanted(order)
                 finally:
@@ -107,7 +108,7 @@ class SessionDriver:
         """Make a call in another thread and read the bus meanwhile, so that no sample is lost."""
         future: Future[T] = self.executor.submit(call, *arguments)
         while not future.done():
-            self.observer.observe(connection.driver.cycle(), connection.driver)
+            self.observer.read(connection.driver)
         return future.result()
 
 

@@ -31,6 +31,11 @@ def samples_of(recording):
         yield Sample(index, recording.time[index], tuple(map(int, counts)), present, nothing, nothing)
 
 
+def take(localization, sample):
+    localization.locate(sample)
+    localization.step(sample)
+
+
 @pytest.fixture
 def tracker_at_once(monkeypatch):
     """Load the tracker in the thread of the samples, so that a test knows when it is there."""
@@ -43,7 +48,7 @@ def tracker_at_once(monkeypatch):
 def test_plain_odometry_is_that_of_the_whole_recording(recording, tracker_at_once):
     localization = Localization(recording.vehicle)
     for sample in samples_of(recording):
-        localization.step(sample)
+        take(localization, sample)
     event = localization.as_event()
     for name, truck in (("plain", "a"), ("follower", "b")):
         x, y, theta = dead_reckon(recording, truck)[-1]
@@ -56,11 +61,11 @@ def test_once_the_tracker_is_loaded_it_goes_on_from_where_odometry_is(recording,
     samples = list(samples_of(recording))
     half = len(samples) // 2
     for sample in samples[:half]:
-        localization.step(sample)
+        take(localization, sample)
     before = localization.as_event()["plain"]
     tracker_at_once()
-    localization.step(samples[half])
-    localization.step(samples[half + 1])
+    take(localization, samples[half])
+    take(localization, samples[half + 1])
     event = localization.as_event()
     assert all(event[name] is not None for name in UNKNOWN)
     for estimate in ("ipec", "filter"):
@@ -74,5 +79,5 @@ def test_a_tracker_is_loaded_after_a_few_complete_samples_and_only_once(recordin
     monkeypatch.setattr("threading.Thread.start", lambda thread: thread.run())
     localization = Localization(recording.vehicle)
     for sample, _ in zip(samples_of(recording), range(10 * LOADING_SAMPLES), strict=False):
-        localization.step(sample)
+        take(localization, sample)
     assert loaded == [LOADING_SAMPLES]
