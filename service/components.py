@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
     from omnimate.service.settings import Settings
+    from omnimate.service.threads import RepeatingThread
     from omnimate.vehicle.parameters import VehicleParameters
 
 
@@ -72,9 +73,9 @@ class Components:
             thread.close()
         self.database.close()
 
-    def _threads(self) -> list[Worker | Deliverer | Publisher]:
+    def _threads(self) -> list[RepeatingThread]:
         """Return the threads other than the robot's."""
-        threads: list[Worker | Deliverer | Publisher] = [self.worker, self.batch_worker, self.deliverer]
+        threads: list[RepeatingThread] = [self.worker, self.batch_worker, self.deliverer]
         return threads if self.publisher is None else [*threads, self.publisher]
 
 

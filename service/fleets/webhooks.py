@@ -10,9 +10,7 @@ import base64
 import hashlib
 import hmac
 import json
-import logging
 import secrets
-import threading
 import time
 import urllib.error
 import urllib.request
@@ -21,10 +19,10 @@ from http.client import HTTPException
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import select, update
-from sqlalchemy.exc import SQLAlchemyError
 
 from omnimate.service.fleets.models import Webhook
 from omnimate.service.store.tables import DeliveryRow, WebhookRow
+from omnimate.service.threads import RepeatingThread
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -138,9 +136,7 @@ def signed_headers(message: Message, now: float) -> dict[str, str]:
     }
 
 
-POLL_PERIOD = 1.0  # [s] between two queries for a message that is due
 TIMEOUT = 15.0  # [s] for an answer; the specification says 15 to 30
-_log = logging.getLogger(__name__)
 
 
 class _NoRedirect(urllib.request.HTTPRedirectHandler):
@@ -186,27 +182,16 @@ def deliver_due(
         count += 1
 
 
-class Deliverer:
-    """The thread of one service; several services may share a database."""
+class Deliverer(RepeatingThread):
+    """The thread of one service; several services may share a database.
+
+    A message that it is sending when it is closed is sent again by the next service.
+    """
 
     def __init__(self, database: Database) -> None:
+        super().__init__("webhooks")
         self._database = database
-        self._ending = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="webhooks", daemon=True)
 
-    def start(self) -> None:
-        """Start the thread."""
-        self._thread.start()
-
-    def close(self) -> None:
-        """End the thread; a message that it is sending is sent again by the next service."""
-        self._ending.set()
-        if self._thread.is_alive():
-            self._thread.join(2.0)
-
-    def _run(self) -> None:
-        while not self._ending.wait(POLL_PERIOD):
-            try:
-                deliver_due(self._database)
-            except SQLAlchemyError:
-                _log.exception("the database did not answer; it is tried again")
+    def work(self) -> bool:
+        """Send every message that is due; return whether there was one."""
+        return deliver_due(self._database) > 0

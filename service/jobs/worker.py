@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import logging
 import tempfile
-import threading
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from sqlalchemy.exc import SQLAlchemyError
-
 from omnimate.service.jobs.process import REPORT_PERIOD
 from omnimate.service.jobs.queue import LEASE, claim_job, finish_job, has_queued, job_of
 from omnimate.service.store.tables import find_row
+from omnimate.service.threads import RepeatingThread
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,9 +23,6 @@ if TYPE_CHECKING:
     from omnimate.service.jobs.process import JobProcess
     from omnimate.service.store.database import Database
     from omnimate.service.store.tables import JobRow
-
-POLL_PERIOD = 1.0  # [s] between two queries for a queued job
-_log = logging.getLogger(__name__)
 
 
 class Jobs(Protocol):
@@ -48,8 +42,11 @@ class Jobs(Protocol):
         """Return a job as clients see it."""
 
 
-class Worker:
-    """The thread of one service; several services may share a database and its queue."""
+class Worker(RepeatingThread):
+    """The thread of one service; several services may share a database and its queue.
+
+    A job that it works on when it is closed is queued again.
+    """
 
     def __init__(
         self,
@@ -59,39 +56,18 @@ class Worker:
         jobs: Jobs,
         housekeeping: Callable[[], None] = lambda: None,
     ) -> None:
+        super().__init__(f"jobs: {jobs.table.noun()}")
         self._database, self._events, self._instance = database, events, instance
         self._jobs, self._housekeeping = jobs, housekeeping
-        self._ending, self._wake = threading.Event(), threading.Event()
         self._renewed = 0.0
-        self._thread = threading.Thread(target=self._run, name=f"jobs: {jobs.table.noun()}", daemon=True)
 
-    def start(self) -> None:
-        """Start the thread."""
-        self._thread.start()
-
-    def close(self) -> None:
-        """End the thread; a job that it works on is queued again."""
-        self._ending.set()
-        self._wake.set()
-        if self._thread.is_alive():
-            self._thread.join(5.0)
-
-    def wake(self) -> None:
-        """Have the thread query for a queued job at once."""
-        self._wake.set()
-
-    def _run(self) -> None:
-        while not self._ending.is_set():
-            try:
-                self._housekeeping()
-                job_id = self._claim()
-                if job_id is not None:
-                    self._work(job_id)
-                    continue
-            except (SQLAlchemyError, OSError):
-                _log.exception("the database or a file did not answer; it is tried again")
-            self._wake.wait(POLL_PERIOD)
-            self._wake.clear()
+    def work(self) -> bool:
+        """Work on the next queued job; return whether there was one."""
+        self._housekeeping()
+        job_id = self._claim()
+        if job_id is not None:
+            self._work(job_id)
+        return job_id is not None
 
     def _claim(self) -> str | None:
         with self._database.reading() as db:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from omnimate.service.errors import ServiceError
+from omnimate.service.threads import RepeatingThread
 from omnimate.service.vda5050.messages import Sender, action_state, connection, state_of, with_actions
 
 if TYPE_CHECKING:
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from omnimate.service.vda5050.factsheet import Factsheet
     from omnimate.vehicle.parameters import VehicleParameters
 
-POLL_PERIOD = 1.0  # [s] between two readings of the robot's state
 MAX_STATE_PERIOD = 30.0  # [s] after which the state is sent even if nothing has changed: the standard's limit
 KEPT_ACTIONS = 20  # states of the last instant actions that a state message lists
 PORT = 1883
@@ -40,12 +40,13 @@ class BrokerError(ServiceError):
         self.url = url
 
 
-class Publisher:
+class Publisher(RepeatingThread):
     """A robot's connection to a broker, which is made again whenever it is lost."""
 
     def __init__(
         self, url: str, sheet: Factsheet, robot: RobotProcess, vehicle: Callable[[], VehicleParameters]
     ) -> None:
+        super().__init__("vda5050")
         self._sheet, self._robot, self._vehicle = sheet, robot, vehicle
         self._sender = Sender(sheet.manufacturer, sheet.serial)
         self._client, self._host, self._port = _client(url)
@@ -54,8 +55,6 @@ class Publisher:
         self._sent_state: dict[str, Any] = {}
         self._sent_wheels: dict[str, Any] = {}
         self._sent_at = 0.0
-        self._ending = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="vda5050", daemon=True)
 
     def start(self) -> None:
         """Connect, and start the thread."""
@@ -66,27 +65,22 @@ class Publisher:
         client.will_set(self._sender.topic("connection"), json.dumps(broken), qos=1, retain=True)
         client.connect_async(self._host, self._port)
         client.loop_start()
-        self._thread.start()
+        super().start()
 
     def close(self) -> None:
         """Publish that the robot goes offline, and end the threads."""
-        self._ending.set()
-        if not self._thread.is_alive():
-            return
-        self._thread.join(2.0)
+        super().close()
         if self._client.is_connected():
             self._publish("connection", connection("OFFLINE")).wait_for_publish(1.0)
         self._client.disconnect()
         self._client.loop_stop()
 
-    def _run(self) -> None:
-        while not self._ending.wait(POLL_PERIOD):
-            try:
-                if self._client.is_connected():
-                    self._send_factsheet()
-                    self._send_state()
-            except Exception:  # noqa: BLE001  # the database may be away; it is tried again in the next period
-                _log.exception("the robot's state was not published")
+    def work(self) -> bool:
+        """Publish the factsheet and the state where they have changed."""
+        if self._client.is_connected():
+            self._send_factsheet()
+            self._send_state()
+        return False
 
     def _go_online(self) -> None:
         """Publish ONLINE, subscribe to instant actions, and have state and factsheet sent again."""
