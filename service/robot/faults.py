@@ -9,23 +9,19 @@ if TYPE_CHECKING:
 
     from omnimate.driver.robot.events import Trouble
     from omnimate.driver.robot.report import DriverReport
+    from omnimate.service.robot.robot_server import RobotStatus
 
 
-def vda5050(problem: str | None, report: DriverReport | None) -> dict[str, Any]:
-    """Return the `errors` of a VDA 5050 state: FATAL where it cannot be read or moved, WARNING for a node.
-
-    Args:
-        problem: Why the robot cannot be read; None where it can.
-        report: The driver's last report of the bus; None before the first one.
-    """
+def vda5050(status: RobotStatus) -> dict[str, Any]:
+    """Return the `errors` of a VDA 5050 state: FATAL where it cannot be read or moved, WARNING for a node."""
     errors = []
-    if problem is not None:
+    if status.problem is not None:
         hint = "check the adapter, the cable and the supply of the bus"
-        errors.append(_error("odometryBusLost", "FATAL", problem, hint, None))
-    for trouble in _troubles(report):
+        errors.append(_error("odometryBusLost", "FATAL", status.problem, hint, None))
+    for trouble in _troubles(status.report):
         hint = "the next session enables the drives again; see docs/reference/stopping.md"
         errors.append(_error("wheelsStopped", "FATAL", trouble.what, hint, trouble.node))
-    for node, description in _faulty_nodes(report):
+    for node, description in _faulty_nodes(status.report):
         hint = f"check node {node}; GET /v1/bus lists what happened to it"
         errors.append(_error("encoderNode", "WARNING", description, hint, node))
     return {"errors": errors}
@@ -42,14 +38,14 @@ def _error(kind: str, level: str, description: str, hint: str, node: int | None)
     }
 
 
-def open_rmf(problem: str | None, report: DriverReport | None) -> dict[str, Any]:
-    """Return the `issues` of an Open-RMF robot state; the arguments are those of `vda5050`."""
+def open_rmf(status: RobotStatus) -> dict[str, Any]:
+    """Return the `issues` of an Open-RMF robot state."""
     issues: list[dict[str, Any]] = []
-    if problem is not None:
-        issues.append({"category": "odometry bus lost", "detail": problem})
-    issues += [{"category": "wheels stopped", "detail": trouble.what} for trouble in _troubles(report)]
+    if status.problem is not None:
+        issues.append({"category": "odometry bus lost", "detail": status.problem})
+    issues += [{"category": "wheels stopped", "detail": trouble.what} for trouble in _troubles(status.report)]
     issues += [
-        {"category": "encoder node", "detail": description} for _, description in _faulty_nodes(report)
+        {"category": "encoder node", "detail": description} for _, description in _faulty_nodes(status.report)
     ]
     return {"issues": issues}
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from omnimate.ipec.tracker import Tracker
     from omnimate.vehicle.arcs import PoseTuple
-    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.sample import Sample
 
 LOADING_SAMPLES = 3  # after which everything that a tracker calls has been loaded
@@ -73,18 +73,23 @@ class Localization:
 
     def as_event(self) -> dict[str, Any]:
         """Return the part of the stream's `state` event that says where the robot is."""
-        tracker = self.tracker
-        row = tracker.row() if tracker is not None and tracker.started else None
-        return {
+        event: dict[str, Any] = {
             "plain": _pose(self._odometers["a"].pose),
-            "ipec": None if row is None else _pose(row.ipec),
-            "filter": None if row is None else _pose(row.filtered),
-            "sigma": None if row is None else _pose(row.sigma),
-            "follower": _follower(None if row is None else row.follower, self._odometers),
+            "follower": _pose(self._odometers["b"].pose) if "b" in self._odometers else None,
             "joints": _joints(self._joints),
-            "corrections": None if row is None else dict(zip("ab", row.corrections.tolist(), strict=True)),
-            "lost": None if row is None else dict(zip(WHEELS, row.lost.tolist(), strict=True)),
+            **dict.fromkeys(("ipec", "filter", "sigma", "corrections", "lost")),
         }
+        if self.tracker is not None and self.tracker.started:
+            row = self.tracker.row()
+            event |= {
+                "ipec": _pose(row.ipec),
+                "filter": _pose(row.filtered),
+                "sigma": _pose(row.sigma),
+                "follower": _pose(row.follower),
+                "corrections": dict(zip("ab", row.corrections.tolist(), strict=True)),
+                "lost": dict(zip(WHEELS, row.lost.tolist(), strict=True)),
+            }
+        return event
 
 
 def _joints(read: tuple[float, float, float] | None) -> dict[str, float] | None:
@@ -99,12 +104,3 @@ def _pose(pose: Sequence[float] | np.ndarray[Any, Any]) -> dict[str, float] | No
         return None
     x, y, theta = (round(float(value), 6) for value in pose)
     return {"x": x, "y": y, "theta": theta}
-
-
-def _follower(
-    filtered: np.ndarray[Any, Any] | None, odometers: dict[TruckName, Odometer]
-) -> dict[str, float] | None:
-    """Return the pose of truck b by the filter, or by its odometry before there is a filter."""
-    if filtered is not None:
-        return _pose(filtered)
-    return _pose(odometers["b"].pose) if "b" in odometers else None

@@ -10,7 +10,7 @@ from omnimate.service.robot.localization import Localization
 if TYPE_CHECKING:
     from omnimate.driver.robot.driver import Driver
     from omnimate.driver.robot.report import DriverReport
-    from omnimate.ipec.tracker import Tracker
+    from omnimate.ipec.tracker import Learned
     from omnimate.service.robot.reservation import Reservation
     from omnimate.vehicle.arcs import PoseTuple
     from omnimate.vehicle.parameters import VehicleParameters
@@ -36,10 +36,10 @@ class Observer:
         """Localize the robot from its first sample on, with these parameters."""
         self._localization = Localization(vehicle)
 
-    @property
-    def tracker(self) -> Tracker | None:
-        """The tracker of the robot; None until it is loaded, and for a robot with a single truck."""
-        return None if self._localization is None else self._localization.tracker
+    def learned(self) -> Learned | None:
+        """Return what the tracker has learned, of which vehicle; None where it does not follow the robot."""
+        tracker = None if self._localization is None else self._localization.tracker
+        return tracker.learned if tracker is not None and tracker.started else None
 
     def read(self, driver: Driver) -> None:
         """Read the next sample and observe it."""

@@ -23,12 +23,11 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.process import BaseProcess
 
-    from omnimate.ipec.filter.findings import Findings, SlowParameters
+    from omnimate.ipec.tracker import Learned
     from omnimate.service.event_stream import EventStream
     from omnimate.service.robot.reservation import DriveOrder
     from omnimate.service.robot.session_reporter import SessionReporter
     from omnimate.service.settings import Settings
-    from omnimate.vehicle.parameters import VehicleParameters
 
 CALL_TIMEOUT = 5.0  # [s] for an answer of the robot's process
 HANG_TIMEOUT = 30.0  # [s] without a report after which the process hangs, and is killed
@@ -95,13 +94,13 @@ class RobotProcess:
         """Take the vehicle's newest parameters as soon as the robot does not drive."""
         self.send("reload")
 
-    def learned(self) -> tuple[VehicleParameters, SlowParameters, Findings] | None:
+    def learned(self) -> Learned | None:
         """Return what the tracker has learned, of which vehicle; None where it does not follow the robot.
 
         Raises:
             UnavailableError: the process does not answer.
         """
-        return cast("tuple[VehicleParameters, SlowParameters, Findings] | None", self.call("learned"))
+        return cast("Learned | None", self.call("learned"))
 
     def send(self, name: str, *arguments: object, number: int | None = None) -> bool:
         """Make a call whose answer nobody waits for; return whether there is a process.

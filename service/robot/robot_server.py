@@ -87,9 +87,8 @@ class RobotServer:
         with suppress(EOFError, OSError):
             while (call := self._connection.recv())[1] != "close":
                 if call[1] == "learned":  # takes its time; a stop must not wait for it
-                    threading.Thread(
-                        target=self._answer, args=(call[0], self._learned, ()), daemon=True
-                    ).start()
+                    arguments = call[0], self._robot.observer.learned, ()
+                    threading.Thread(target=self._answer, args=arguments, daemon=True).start()
                 else:
                     self._answer(call[0], self._calls[call[1]], call[2])
 
@@ -142,13 +141,6 @@ class RobotServer:
         elif not wanted:
             self._lines = None
             self._reading.close()
-
-    def _learned(self) -> object:
-        """Return the tracker's vehicle, slow parameters and findings; None where it does not follow yet."""
-        tracker = self._robot.observer.tracker
-        if tracker is None or not tracker.started:
-            return None
-        return tracker.vehicle, tracker.slow, tracker.findings
 
 
 def _drained(items: queue.Queue[str]) -> list[str]:

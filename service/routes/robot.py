@@ -83,9 +83,8 @@ async def stream_robot(call: Reading) -> StreamingResponse:
 @router.get("/robot/errors")
 async def get_errors(call: Reading, format: Literal["vda5050", "open-rmf"] = "vda5050") -> dict[str, Any]:  # noqa: A002
     """Return the present faults as VDA 5050 `errors` or Open-RMF `issues`."""
-    status = call.components.robot.status
     faults = vda5050 if format == "vda5050" else open_rmf
-    return faults(status.problem, status.report)
+    return faults(call.components.robot.status)
 
 
 @router.get("/bus", response_model=Bus)

@@ -12,6 +12,7 @@ from omnimate.service.robot.faults import vda5050
 
 if TYPE_CHECKING:
     from omnimate.driver.robot.report import DriverReport
+    from omnimate.service.robot.robot_server import RobotStatus
 
 VERSION = "2.1.0"
 INTERFACE = "uagv/v2"  # name of the interface and major version, the first parts of each topic
@@ -59,23 +60,17 @@ def connection(state: ConnectionState) -> dict[str, Any]:
     return {"connectionState": state}
 
 
-def state_of(
-    event: dict[str, Any],
-    problem: str | None,
-    report: DriverReport | None,
-    actions: list[dict[str, Any]],
-) -> dict[str, Any]:
+def state_of(status: RobotStatus, actions: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the content of a state message.
 
     The operating mode is SERVICE: this interface takes no orders. Battery and safety states are those that
     the drives report; an `information` lists what is unknown.
 
     Args:
-        event: The last `state` event of the stream; empty before the first one.
-        problem: Why the robot cannot be read; None where it can.
-        report: The driver's last report of the bus; None before the first one.
+        status: The robot as its process reported it last.
         actions: States of the instant actions that were asked for.
     """
+    event = status.state
     content: dict[str, Any] = {
         "orderId": "",
         "orderUpdateId": 0,
@@ -85,10 +80,10 @@ def state_of(
         "edgeStates": [],
         "driving": bool(event.get("driving")) or any(event.get("wheels", ())),
         "actionStates": actions,
-        "batteryState": battery_state(report),
+        "batteryState": battery_state(status.report),
         "operatingMode": "SERVICE",
-        **vda5050(problem, report),
-        "safetyState": safety_state(report),
+        **vda5050(status),
+        "safetyState": safety_state(status.report),
         "information": [
             {
                 "infoType": "knownFromDrives",

@@ -114,8 +114,7 @@ class Publisher(RepeatingThread):
 
     def _send_state(self) -> None:
         """Send the state when it has changed, and at least as often as the standard asks."""
-        status = self._robot.status
-        content = state_of(status.state, status.problem, status.report, self._actions)
+        content = state_of(self._robot.status, self._actions)
         now = time.monotonic()
         with self._lock:
             if content == self._sent_state and now - self._sent_at < MAX_STATE_PERIOD:

@@ -12,6 +12,7 @@ import pytest
 from omnimate.driver.robot.events import Trouble
 from omnimate.driver.robot.report import DriverReport
 from omnimate.service.components import make_components
+from omnimate.service.robot.robot_server import RobotStatus
 from omnimate.service.settings import Settings
 from omnimate.service.vda5050.factsheet import REQUIRED, FactsheetError, load_factsheet
 from omnimate.service.vda5050.messages import Sender, action_state, state_of, with_actions
@@ -68,18 +69,18 @@ def test_a_state_has_all_that_the_standard_requires_and_says_what_is_not_known()
         "plain": {"x": 1.0, "y": 2.0, "theta": 7.0},
         "filter": None,
     }
-    state = state_of(seen, None, None, [])
+    state = state_of(RobotStatus(None, state=seen), [])
     assert set(state) >= STATE
     assert state["agvPosition"]["x"] == 1.0
     assert abs(state["agvPosition"]["theta"]) <= 3.2
     assert (state["driving"], state["operatingMode"], state["errors"]) == (False, "SERVICE", [])
     assert "not known" in state["information"][0]["infoDescription"]
     assert state["safetyState"]["eStop"] == "NONE"
-    assert state_of(seen | {"wheels": [0.0, -1.0]}, None, None, [])["driving"]
+    assert state_of(RobotStatus(None, state=seen | {"wheels": [0.0, -1.0]}), [])["driving"]
 
 
 def test_a_robot_that_cannot_be_read_has_a_fatal_error_and_no_position():
-    state = state_of({}, "no adapter", None, [])
+    state = state_of(RobotStatus("no adapter"), [])
     assert "agvPosition" not in state
     assert [error["errorLevel"] for error in state["errors"]] == ["FATAL"]
 
@@ -95,14 +96,15 @@ def test_a_robot_that_cannot_be_read_has_a_fatal_error_and_no_position():
     ],
 )
 def test_a_drive_that_was_stopped_from_outside_is_an_emergency_stop(status, stop):
-    state = state_of({}, None, stopped_by(status=status), [])
+    state = state_of(RobotStatus(None, report=stopped_by(status=status)), [])
     assert state["safetyState"] == {"eStop": stop, "fieldViolation": False}
     assert [error["errorLevel"] for error in state["errors"]] == ["FATAL"]
 
 
 @pytest.mark.parametrize(("code", "charge"), [(0x3220, 20.0), (0x3121, 20.0), (0x3210, 80.0), (None, 80.0)])
 def test_a_low_voltage_that_a_drive_tells_of_is_a_bad_battery(code, charge):
-    assert state_of({}, None, stopped_by(emergency=code), [])["batteryState"]["batteryCharge"] == charge
+    state = state_of(RobotStatus(None, report=stopped_by(emergency=code)), [])
+    assert state["batteryState"]["batteryCharge"] == charge
 
 
 def test_headers_count_the_messages_of_each_topic():
