@@ -385,7 +385,9 @@ def test_a_days_recordings_are_uploaded_and_worked_on_by_clicking(page, tmp_path
     picture(page, "fleet-batch")
 
 
-def test_a_service_with_keys_asks_for_one_and_goes_on(browser, tmp_path, picture):
+def test_a_service_with_keys_asks_for_one_and_names_it_at_the_versions_that_it_made(
+    browser, tmp_path, picture
+):
     made = subprocess.run(
         [*COMMAND, "key", "add", "shop floor", "--role", "operate"],
         cwd=tmp_path, check=True, capture_output=True, text=True,
@@ -401,6 +403,13 @@ def test_a_service_with_keys_asks_for_one_and_goes_on(browser, tmp_path, picture
         page.locator("#key-send").click()
         live(page)
         expect(page.locator("#key-dialog")).to_be_hidden()
+        page.locator("#tab-vehicle").click()
+        field = page.get_by_label("truck a, wheelbase")
+        expect(field).not_to_have_value("", timeout=SOON)
+        field.fill("350")
+        field.press("Enter")
+        expect(page.locator("#history tr")).to_have_count(2, timeout=SOON)
+        expect(page.locator("#history tr").first).to_contain_text("sent, key shop floor")
 
 
 @pytest.mark.parametrize("width", [1440, 390])
