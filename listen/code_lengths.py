@@ -18,87 +18,95 @@ if TYPE_CHECKING:
 
     Column = NDArray[np.uint64]
 
-_EXACT_MAGNITUDES, _BINS_PER_OCTAVE = 16, 8  # magnitudes with one bin each; bins per octave above them
-_BINS = _EXACT_MAGNITUDES + 60 * _BINS_PER_OCTAVE
+# Magnitudes of residuals are sorted into bins: one for each value previous_byte 16, above that 8 for each
+# octave.
+_EXACT_MAGNITUDES, _BINS_PER_OCTAVE = 16, 8
+_BINS = _EXACT_MAGNITUDES + 60 * _BINS_PER_OCTAVE  # up to 2^64
 _MIN_SCALE_EXPONENT = -3  # exponent of 2 of the smallest scale [counts]: a constant value
 _MAX_TABLE_VALUES = 48  # distinct values up to which a transition table is coded (bounds its size)
 _MAX_INT64 = np.int64(2**63 - 1)
-CODE_EXCESS = 0.03  # [bits per frame and byte] excess of these codes of numbers over optimal ones
-TURN_BITS = 2.0  # [bits] prior of 1 in 4: every second device is an encoder, every second of them has 6002h
+CODE_EXCESS = 0.03  # [bits per frame and byte] by which codes of numbers exceed optimal ones (assumption)
+COUNTER_RANGE_BITS = 2.0  # [bits] prior of 1 in 4: half of the devices are encoders, half of these have 6002h
 LEFT_JUSTIFIED_BITS = 3.0  # [bits] prior of 1 in 8: two of the objects in `priors` are left-justified
-BYTE_RANGE = 256  # a range of 256 is the byte itself, not a wider counter
-_EM_ROUNDS = 25  # of expectation maximisation; weights of scales converge to 1e-3
+BYTE_RANGE = 256  # [counts] range of a whole byte: the field is the byte, not a wider counter
+_EM_ROUNDS = 25  # iterations of expectation maximisation; the weights of the scales converge to 1e-3
 
 
 class NumberCode(NamedTuple):
-    """Lengths of a column as one number.
+    """Code length of a column as one number, with the range of a counter.
 
     Attributes:
-        steps: Bits for all values but the first, on the ring on which the number counts.
-        turn: Range after which the counter restarts before its bits are full; 0 for none.
-        turn_odds: log2 odds of that range.
-        unsigned_wraps: Steps over the end of the unsigned range.
-        signed_wraps: Steps over the end of the two's complement range.
+        steps: Code length of all values but the first, modulo the range of the number [bits].
+        counter_range: Value at which the counter restarts from 0 before its bits are full; 0 for none
+            [counts].
+        counter_range_odds: log2 odds of that range against the full one [bits].
+        unsigned_wraps: Number of steps over the end of the unsigned range.
+        signed_wraps: Number of steps over the end of the two's complement range.
     """
 
     steps: float
-    turn: int
-    turn_odds: float
+    counter_range: int
+    counter_range_odds: float
     unsigned_wraps: int
     signed_wraps: int
 
 
 def little_endian(data: NDArray[np.uint8]) -> Column:
-    """Return data of frames, `(N, length)`, as one little-endian number a frame, `(N,)`."""
+    """Return the data of frames, `(N, length)` bytes, as one little-endian number for each frame, `(N,)`."""
     padded = np.zeros((len(data), 8), np.uint8)
     padded[:, : data.shape[1]] = data
     return padded.view("<u8").reshape(-1).astype(np.uint64)
 
 
 def to_signed(values: Column, bits: int) -> NDArray[np.int64]:
-    """Return values modulo 2^bits as two's complement numbers, the shortest distance on the ring, `(N,)`."""
-    left = np.uint64(64 - bits)
-    return (values << left).view(np.int64) >> left.astype(np.int64)
+    """Return the lowest `bits` bits of values as two's complement numbers, `(N,)`.
+
+    For a difference of two readings of a counter, this is the shortest of the possible steps.
+    """
+    shift = np.uint64(64 - bits)
+    return (values << shift).view(np.int64) >> shift.astype(np.int64)
 
 
 def number_code(values: Column, bits: int) -> NumberCode:
-    """Return the code lengths of a column, `(N,)`, as a number of `bits` bits.
+    """Return the code length of a column, `(N,)`, as a number of `bits` bits.
 
-    Predictors are the previous value, that plus the previous step, that plus the median step, the median of
-    the column, and for few distinct values a transition table. The shortest code is used, plus three bits for
-    the choice. A counter may restart before its bits are full (6002h of CiA 406). A converter of fewer bits
-    may be left-justified (6401h of CiA 401): its lowest bits are always zero.
+    A value is predicted from the previous one, from that plus the previous step or the median step, as the
+    median of the column, or, for few distinct values, by a transition table. The shortest code is used, plus
+    three bits for the choice. A counter may restart before its bits are full (6002h of CiA 406). A converter
+    of fewer bits may be left-justified (6401h of CiA 401): its lowest bits are always zero.
     """
     if len(values) < 2:
         return NumberCode(0.0, 0, 0.0, 0, 0)
     zeros = trailing_zero_bits(values)
     if 0 < zeros < 8:
         code = number_code(values >> np.uint64(zeros), bits - zeros)
-        return code._replace(steps=code.steps + LEFT_JUSTIFIED_BITS + math.log2(7), turn=code.turn << zeros)
-    turn, cost, odds = _counter_range(values, bits)
+        return code._replace(
+            steps=code.steps + LEFT_JUSTIFIED_BITS + math.log2(7), counter_range=code.counter_range << zeros
+        )
+    counter_range, cost, odds = _counter_range(values, bits)
 
     def centre(numbers: Column) -> NDArray[np.int64]:
-        if not turn:
+        if not counter_range:
             return to_signed(numbers, bits)
-        return (numbers.view(np.int64) + turn // 2) % turn - turn // 2
+        return (numbers.view(np.int64) + counter_range // 2) % counter_range - counter_range // 2
 
     step = centre(np.diff(values))
     lengths = [residual_code(step), residual_code(centre(np.diff(step, prepend=0).view(np.uint64)))]
     median_step = int(np.median(step))
     if median_step:
-        rest = residual_code(centre((step - median_step).view(np.uint64)))
-        lengths.append(rest + first_value(median_step, bits) + 1.0)
-    far = centre(values - values[len(values) // 2])
-    far -= np.int64(np.median(far))
-    lengths.append(residual_code(far[1:]) + first_value(int(far[0]), bits) + 1.0)
-    distinct = np.unique(far)
+        residuals = residual_code(centre((step - median_step).view(np.uint64)))
+        lengths.append(residuals + first_value(median_step, bits) + 1.0)
+    deviation = centre(values - values[len(values) // 2])
+    deviation -= np.int64(np.median(deviation))
+    lengths.append(residual_code(deviation[1:]) + first_value(int(deviation[0]), bits) + 1.0)
+    distinct = np.unique(deviation)
     span = int(distinct[-1]) - int(distinct[0]) + 1
-    if span <= _MAX_TABLE_VALUES:  # a number takes the values between, too
+    if span <= _MAX_TABLE_VALUES:  # the values between may occur, too
         lengths.append(_table_code(values) + 2.0 * math.log2(span + 1) + log2_choose(span, len(distinct)))
     signed = to_signed(values, bits)
     return NumberCode(
         min(lengths) + 3.0 + cost,
-        turn,
+        counter_range,
         odds,
         int(np.count_nonzero((values[1:] > values[:-1]) != (step > 0))),
         int(np.count_nonzero((signed[1:] > signed[:-1]) != (step > 0))),
@@ -112,9 +120,9 @@ def trailing_zero_bits(values: Column) -> int:
 
 
 def _counter_range(values: Column, bits: int) -> tuple[int, float, float]:
-    """Return the range of a counter, the bits to code it, and its log2 odds.
+    """Return the range of a counter, the bits to code it, and its log2 odds against the full range.
 
-    The range is 0 for none: only a step of more than half of the observed range can be a restart.
+    The range is 0 if no step exceeds half of the highest value: the counter never restarted.
     """
     highest = int(values.max())
     if bits == 64 or not highest or highest.bit_length() > bits - 1:
@@ -123,13 +131,14 @@ def _counter_range(values: Column, bits: int) -> tuple[int, float, float]:
     if 2 * int(np.abs(step).max()) <= highest:
         return 0, 0.0, 0.0
     choices = [(residual_code(step), 0, 0.0)]
-    for turn, cost in (
+    for counter_range, range_bits in (
         (1 << highest.bit_length(), math.log2(bits)),
         (_roundest_range(highest, step), float(bits)),
     ):
-        length = residual_code((step + turn // 2) % turn - turn // 2)
-        if turn != BYTE_RANGE:
-            choices.append((length + cost + TURN_BITS, turn, cost + TURN_BITS))
+        cost = range_bits + COUNTER_RANGE_BITS
+        length = residual_code((step + counter_range // 2) % counter_range - counter_range // 2)
+        if counter_range != BYTE_RANGE:
+            choices.append((length + cost, counter_range, cost))
     best = min(choices)
     return best[1], best[2], choices[0][0] - best[0]
 
@@ -137,23 +146,24 @@ def _counter_range(values: Column, bits: int) -> tuple[int, float, float]:
 def _roundest_range(highest: int, step: NDArray[np.int64]) -> int:
     """Return the roundest decimal range of a counter whose highest observed value is `highest`.
 
-    The range exceeds that value by at most a step. A range in 6002h is a round number: 3600, 36000.
+    The range exceeds that value by at most the median step. Ranges in 6002h are assumed to be round numbers,
+    such as 3600 or 36000.
     """
     short = np.abs(step[np.abs(step) * 2 <= highest])
-    span = int(np.median(short)) if len(short) else 0
+    margin = int(np.median(short)) if len(short) else 0
     unit = 1
-    while highest // (10 * unit) * 10 * unit + 10 * unit <= highest + 1 + span:
+    while highest // (10 * unit) * 10 * unit + 10 * unit <= highest + 1 + margin:
         unit *= 10
     return highest // unit * unit + unit
 
 
 def first_value(value: int, bits: int) -> float:
-    """Return the code length of a first value of either sign: all binary magnitudes are equally likely."""
+    """Return the code length of a signed first value [bits]; all lengths in digits are equally likely."""
     return math.log2(bits + 1) + max(abs(value).bit_length() - 1, 0)
 
 
 def flags_value(value: int, bits: int) -> float:
-    """Return the code length of a set of flags: their number, and which are set.
+    """Return the code length of a value as a set of flags [bits]: how many of `bits` are set, and which.
 
     A mixture of two models: any number of flags is equally likely, or few are set.
     """
@@ -161,49 +171,54 @@ def flags_value(value: int, bits: int) -> float:
     return 1.0 - math.log2(1.0 / (bits + 1) + 2.0 ** (-1 - count)) + log2_choose(bits, count)
 
 
-def symbol_code(values: Column, bits: int, below: Column | None = None, *, new_values: bool = True) -> float:
-    """Return the code length of a column of states or flags after its first value.
+def symbol_code(
+    values: Column, bits: int, previous_byte: Column | None = None, *, new_values: bool = True
+) -> float:
+    """Return the code length of a column of states or flags without its first value [bits].
 
-    The models: the value changes with the frequency so far (Krichevsky and Trofimov 1981), conditional on the
-    previous value if there are few; or every flag changes independently. A new value is coded by the flags in
-    which it differs from the previous one. Flags that change in half of the frames may be the low byte of a
-    number; they cost `CODE_EXCESS` more, because the codes are not exact to that.
+    The shorter of two models: the values are symbols with the frequencies observed so far (Krichevsky and
+    Trofimov 1981), conditional on the previous value if there are few values; or every flag changes
+    independently. A new value is coded by the flags in which it differs from the previous one. Flags that
+    change in half of the frames may be the low byte of a number: `CODE_EXCESS` is added for them, because the
+    codes of numbers exceed optimal ones by that much.
 
     Args:
         values: The column, `(N,)`.
         bits: Its width.
-        below: The byte before the field, `(N,)`, as a predictor of changes: one cause, such as enabling a
-            drive, changes several objects of a device. None for no such byte.
-        new_values: Whether new values are coded; otherwise the caller adds their cost.
+        previous_byte: The byte before the field, `(N,)`; its changes predict those of the field, because one
+            cause, such as enabling a drive, changes several objects of a device. None for no such byte.
+        new_values: Whether the code length of new values is included; otherwise the caller adds it.
     """
     flips = values[1:] ^ values[:-1]
     changed = np.flatnonzero(flips) + 1
     distinct, first, counts = np.unique(values[changed], return_index=True, return_counts=True)
-    stays = _binary_code(len(flips) - len(changed), len(changed))
-    if below is not None:
-        stays = min(stays, _conditional_change_code(flips != 0, below[1:] != below[:-1])) + 1.0
-    orders = [stays + _categorical_code(counts)]
+    change_code = _binary_code(len(flips) - len(changed), len(changed))
+    if previous_byte is not None:
+        change_code = (
+            min(change_code, _conditional_change_code(flips != 0, previous_byte[1:] != previous_byte[:-1]))
+            + 1.0
+        )
+    joint_models = [change_code + _categorical_code(counts)]
     if 0 < len(distinct) < _MAX_TABLE_VALUES:
-        orders += [stays + _table_code(values[changed]), _table_code(values)]
-    joint = min(orders)
+        joint_models += [change_code + _table_code(values[changed]), _table_code(values)]
+    joint = min(joint_models)
     if new_values:
         sizes = np.bincount(_set_bits(flips[changed[first] - 1]), minlength=bits + 1)
         joint += float(sizes @ [flags_value((1 << size) - 1, bits) for size in range(bits + 1)])
     moves = [int(np.count_nonzero(flips >> np.uint64(bit) & np.uint64(1))) for bit in range(bits)]
     separate = sum(_binary_code(len(flips) - count, count) for count in moves if count)
     separate += flags_value((1 << sum(map(bool, moves))) - 1, bits)
-    coins = sum(0.4 * len(flips) < count < 0.6 * len(flips) for count in moves)
-    return min(joint, separate) + 2.0 + CODE_EXCESS / 8 * coins * len(flips)
+    fair_flags = sum(0.4 * len(flips) < count < 0.6 * len(flips) for count in moves)
+    return min(joint, separate) + 2.0 + CODE_EXCESS / 8 * fair_flags * len(flips)
 
 
 def _conditional_change_code(changes: NDArray[np.bool_], others: NDArray[np.bool_]) -> float:
     """Return the code length of the changes of a field given those of another one, both `(N,)`."""
-    together, alone = (int(np.count_nonzero(changes & mask)) for mask in (others, ~others))
-    known = int(np.count_nonzero(others))
-    never = (
-        _binary_code(len(others) - known - alone, alone) if alone else 0.0
-    )  # but where the other one changes
-    return 1.0 + _binary_code(known - together, together) + never
+    both_change, only_this = (int(np.count_nonzero(changes & mask)) for mask in (others, ~others))
+    other_changes = int(np.count_nonzero(others))
+    # A field that changes only together with the other one needs no code for the frames between.
+    between = _binary_code(len(others) - other_changes - only_this, only_this) if only_this else 0.0
+    return 1.0 + _binary_code(other_changes - both_change, both_change) + between
 
 
 def _set_bits(values: Column) -> NDArray[np.int64]:
@@ -215,7 +230,7 @@ def _set_bits(values: Column) -> NDArray[np.int64]:
 
 
 def _table_code(values: Column) -> float:
-    """Return the code length of a column by a table of transitions."""
+    """Return the code length of a column, `(N,)`, by symbol frequencies conditional on the previous value."""
     number = np.unique(values, return_inverse=True)[1]
     size = int(number.max()) + 1
     follows = np.bincount(number[:-1] * size + number[1:], minlength=size * size).reshape(size, size)
@@ -236,33 +251,37 @@ def ordered_floats(values: Column) -> Column:
 
 
 def residual_code(residual: NDArray[np.int64]) -> float:
-    """Return the code length of prediction residuals, with separate codes after a zero and otherwise."""
-    before = np.concatenate(([True], residual[:-1] == 0))
+    """Return the code length of prediction residuals, `(N,)`; those after a zero have a code of their own."""
+    after_zero = np.concatenate(([True], residual[:-1] == 0))
     magnitude = np.abs(np.maximum(residual, -_MAX_INT64))
     bins = _bin(magnitude)
     total = 0.0
-    for part in (bins[before], bins[~before]):
+    for part in (bins[after_zero], bins[~after_zero]):
         if len(part):
             total += _scale_mixture_code(np.bincount(part, minlength=_BINS))
-    sign = residual[residual != 0] < 0
-    if len(sign):
-        same = int(np.count_nonzero(sign[1:] == sign[:-1]))
-        total += 1.0 + _binary_code(same, len(sign) - 1 - same)
+    is_negative = residual[residual != 0] < 0
+    if len(is_negative):
+        same = int(np.count_nonzero(is_negative[1:] == is_negative[:-1]))
+        total += 1.0 + _binary_code(same, len(is_negative) - 1 - same)
     return total
 
 
 def _bin(magnitude: NDArray[np.int64]) -> NDArray[np.int64]:
     octave = np.frexp(magnitude.astype(np.float64))[1].astype(np.int64) - 1
-    share = magnitude >> np.maximum(octave - 3, 0) & 7
+    eighth = magnitude >> np.maximum(octave - 3, 0) & 7
     return np.where(
-        magnitude < _EXACT_MAGNITUDES, magnitude, _EXACT_MAGNITUDES + (octave - 4) * _BINS_PER_OCTAVE + share
+        magnitude < _EXACT_MAGNITUDES, magnitude, _EXACT_MAGNITUDES + (octave - 4) * _BINS_PER_OCTAVE + eighth
     )
 
 
 def _scale_mixture_code(counts: NDArray[np.int64]) -> float:
-    """Return the code length of magnitudes, as counts of bins, by a mixture of normal distributions.
+    """Return the code length of magnitudes by a mixture of normal distributions around 0.
 
-    Scales are powers of the square root of 2; each used one costs half of log2 of the number of values.
+    Their standard deviations are powers of the square root of 2. The weights are fitted by expectation
+    maximisation; each one in use costs half of log2 of the number of values (Rissanen 1978).
+
+    Args:
+        counts: Number of magnitudes in each bin, `(_BINS,)`.
     """
     used = np.flatnonzero(counts)
     masses, wide = _bin_probabilities()
@@ -286,16 +305,13 @@ def _scale_mixture_code(counts: NDArray[np.int64]) -> float:
 
 @cache
 def _bin_probabilities() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the probability of each bin by each scale, and the bits of a value inside its bin."""
+    """Return probabilities of bins, `(_BINS, scales)`, and bits of a value within its bin, `(_BINS,)`."""
     low = np.arange(_BINS, dtype=np.float64)
     size = np.ones(_BINS)
     for index in range(_EXACT_MAGNITUDES, _BINS):
-        octave, share = (
-            4 + (index - _EXACT_MAGNITUDES) // _BINS_PER_OCTAVE,
-            (index - _EXACT_MAGNITUDES) % _BINS_PER_OCTAVE,
-        )
-        size[index] = 2.0 ** (octave - 3)
-        low[index] = (8 + share) * size[index]
+        octave, eighth = divmod(index - _EXACT_MAGNITUDES, _BINS_PER_OCTAVE)
+        size[index] = 2.0 ** (octave + 1)
+        low[index] = (8 + eighth) * size[index]
     scales = [2.0 ** (half / 2) for half in range(2 * _MIN_SCALE_EXPONENT, 128)]
     table = np.array(
         [
@@ -311,7 +327,7 @@ def _bin_probabilities() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def _binary_code(one: int, other: int) -> float:
-    """Return the code length of a binary sequence of unknown frequency (Krichevsky and Trofimov)."""
+    """Return the code length of a binary sequence by its counts of both symbols (Krichevsky and Trofimov)."""
     nats = (
         math.lgamma(one + other + 1) + math.log(math.pi) - math.lgamma(one + 0.5) - math.lgamma(other + 0.5)
     )
@@ -319,15 +335,15 @@ def _binary_code(one: int, other: int) -> float:
 
 
 def _categorical_code(counts: NDArray[np.int64]) -> float:
-    """Return the code length of a sequence with these counts of symbols."""
+    """Return the code length of a sequence in which symbol k occurs `counts[k]` times, likewise."""
     if len(counts) < 2:
         return 0.0
     half, total = 0.5 * len(counts), int(counts.sum())
-    often = np.bincount(counts)  # counts of counts: most symbols are rare
-    sizes = np.flatnonzero(often)
+    multiplicities = np.bincount(counts)  # how many symbols have each count: many have the same small one
+    sizes = np.flatnonzero(multiplicities)
     nats: float = math.lgamma(total + half) - math.lgamma(half) + len(counts) * math.lgamma(0.5)
     nats -= math.fsum(
         times * math.lgamma(size + 0.5)
-        for size, times in zip(sizes.tolist(), often[sizes].tolist(), strict=True)
+        for size, times in zip(sizes.tolist(), multiplicities[sizes].tolist(), strict=True)
     )
     return nats / math.log(2.0)

@@ -17,7 +17,12 @@ _NO_NODE = "Vector__XXX"  # DBC placeholder for an unknown node
 
 
 def learned_dbc(findings: Findings, meanings: dict[str, Meaning]) -> str:
-    """Return the text of the DBC file; an unidentified sign is written as unsigned."""
+    """Return the text of a DBC file; signals whose sign is not identified are written as unsigned.
+
+    Args:
+        findings: Results of the analysis.
+        meanings: Names and meanings of its signals by label, from `meanings_of`.
+    """
     nodes = sorted(findings.network.nodes)
     messages = [_message(learned, meanings) for learned in findings.messages]
     heartbeats = [heartbeat_message(node, _NO_NODE) for node in nodes]
@@ -27,8 +32,8 @@ def learned_dbc(findings: Findings, meanings: dict[str, Meaning]) -> str:
 def _message(learned: LearnedMessage, meanings: dict[str, Meaning]) -> DbcMessage:
     message = learned.message
     sender = node_name(message.node) if message.node and message.direction == "sent" else _NO_NODE
-    name = f"{'TPDO' if message.direction == 'sent' else 'RPDO'}{message.number}_node_{message.node}"
-    name = name if message.number else f"message_{message.name}"
+    name = f"{'TPDO' if message.direction == 'sent' else 'RPDO'}{message.pdo_number}_node_{message.node}"
+    name = name if message.pdo_number else f"message_{message.name}"
     key = message.can_id | (EXTENDED_KEY if message.is_extended else 0)
     multiplexor = next((signal for signal in learned.signals if signal.kind == "multiplexor"), None)
     switch = None if multiplexor is None else _signal(multiplexor, meanings, None)
@@ -50,7 +55,9 @@ def _signal(signal: LearnedSignal, meanings: dict[str, Meaning], multiplexor: Si
         signed=bool(signal.signed),
         is_big_endian=signal.is_big_endian,
         is_float=signal.kind == "float",
-        switch=None if multiplexor is None or signal.switch is None else (multiplexor, signal.switch),
+        switch=None
+        if multiplexor is None or signal.multiplexor_value is None
+        else (multiplexor, signal.multiplexor_value),
     )
 
 

@@ -1,9 +1,9 @@
 """Segmentation of a message into fields: the posterior probability of layouts by code lengths.
 
-A layout is a sequence of fields that fills the message. Its probability is that of its fields' kinds and
-widths (`priors`) times 2^-L of the code of each field's column (`code_lengths`). The sum over all layouts is
-made by the forward and backward recursion of hidden Markov models (Rabiner 1989); a field's probability is
-the share of the layouts that have it.
+A layout is a sequence of fields that fills the message. Its weight is the product over its fields of the
+prior of kind and width (`priors`) and 2^-L, with L the code length of the field's column (`code_lengths`).
+The sum over all layouts is computed by the forward and backward recursion of hidden Markov models (Rabiner
+1989). The probability of a field is the weight of all layouts that contain it, divided by that sum.
 """
 
 from __future__ import annotations
@@ -38,15 +38,16 @@ if TYPE_CHECKING:
     from omnimate.listen.priors import Direction, Kind
 
 LOG_ZERO = float("-inf")
-MIN_RATE_RISE, MAX_INNER_EDGES = (
-    4.0,
-    6,
-)  # of the rate of flips; edges inside bytes that are looked at, for the time that it takes
-MIN_FLIP_FRAMES = 100  # frames; with fewer the rate of flips of a bit says little
-MAX_SIGN_JUMPS = 8  # limit of wraps that count against a sign: a counter has many
-MAX_MANTISSA_ZEROS = 16  # limit of trailing zero bits of a float's mantissa
+MIN_RATE_RISE = (
+    4.0  # [1] ratio of the flip rates of two neighbouring bits, for a boundary inside a byte (assumption)
+)
+MAX_INNER_EDGES = 6  # boundaries inside bytes that are tried, which limits the computing time
+MIN_FLIP_FRAMES = 100  # frames needed to estimate the flip rate of a bit (assumption)
+MAX_PENALISED_WRAPS = 8  # wraps that count against a sign; a counter may have any number of them (assumption)
+MAX_MANTISSA_ZEROS = 16  # [bits] trailing zeros of a float's mantissa that shorten its code
 COUNTER_BITS = 2.0  # [bits] prior of 1 in 4: a number that crosses 0 and the middle of its range is a counter
-Reading = tuple["Kind", bool | None]  # kind, and whether signed where that means something
+MAX_WORD_VALUES = 64  # distinct values of a status or control word in a log (assumption)
+Reading = tuple["Kind", bool | None]  # kind, and whether it is signed; None for kinds without a sign
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +55,9 @@ class Field:
     """A field of a layout.
 
     Attributes:
-        start: Its lowest bit in the data as one little-endian number; big-endian, in the number of the bytes
-            in the other order.
-        bits: Width.
-        is_big_endian: Whether the byte order is reversed.
+        start: Its lowest bit in the number that all bytes of the message make in its byte order.
+        bits: Its width.
+        is_big_endian: Whether its byte order is big-endian.
         probability: Probability of exactly this field [0 to 1].
         readings: Probability of each kind and sign, given the field; they add up to 1.
     """
@@ -75,35 +75,38 @@ class Layout:
 
     Attributes:
         fields: Its fields in the order of their bits.
-        big_endian: Probability of the big-endian order [0 to 1].
-        total: Logarithm (base 2) of prior and data together, over all layouts.
+        big_endian_probability: Probability of the big-endian order [0 to 1].
+        log2_evidence: log2 of the joint probability of data and layouts, summed over all layouts.
     """
 
     fields: tuple[Field, ...]
-    big_endian: float
-    total: float
+    big_endian_probability: float
+    log2_evidence: float
 
 
 def find_layout(
     data: NDArray[np.uint8],
     *,
     direction: Direction = "unknown",
-    big_endian: float = priors.BIG_ENDIAN,
-    packed: float = priors.PACKED,
+    big_endian_prior: float = priors.BIG_ENDIAN,
+    packed_prior: float = priors.PACKED,
 ) -> Layout:
     """Return the most probable layout of a message.
 
     Args:
         data: Data of its frames in the order of time, shape `(N, length)`.
-        direction: Who sends it, as its identifier says.
-        big_endian: Probability of the big-endian order before any frame is seen.
-        packed: Probability of widths that no profile has, before any frame is seen.
+        direction: Whether the node sends or receives it, by its identifier.
+        big_endian_prior: Prior probability of the big-endian order [0 to 1].
+        packed_prior: Prior probability of widths that no profile has [0 to 1].
     """
     tables = [_Table(little_endian(entry), entry.shape[1], direction) for entry in (data, data[:, ::-1])]
     hypotheses = [
         _Layouts(table, is_big, is_packed, math.log2(order) + math.log2(widths))
-        for table, is_big, order in ((tables[0], False, 1.0 - big_endian), (tables[1], True, big_endian))
-        for is_packed, widths in ((False, 1.0 - packed), (True, packed))
+        for table, is_big, order in (
+            (tables[0], False, 1.0 - big_endian_prior),
+            (tables[1], True, big_endian_prior),
+        )
+        for is_packed, widths in ((False, 1.0 - packed_prior), (True, packed_prior))
     ]
     whole = _log2_sum(entry.total for entry in hypotheses)
     shares = [2.0 ** (entry.total - whole) for entry in hypotheses]
@@ -124,33 +127,33 @@ def find_layout(
     return Layout(fields, big, whole)
 
 
-def readings_of(
-    column: Column, bits: int, direction: Direction, below: Column | None = None
+def reading_weights(
+    column: Column, bits: int, direction: Direction, previous_byte: Column | None = None
 ) -> dict[Reading, float]:
     """Return log2 of the joint probability of kind and data for each reading of a field's column.
 
     Args:
         column: The field's values, `(N,)`.
         bits: Its width.
-        direction: Who sends the message.
-        below: The byte before the field, `(N,)`; None where there is none.
+        direction: Whether the node sends or receives the message.
+        previous_byte: The byte before the field, `(N,)`; None for no such byte.
     """
     if len(column) == 0 or np.all(column == column[0]):
         return _constant_readings(column, bits, direction)
     weights: dict[Reading, float] = {}
     code = number_code(column, bits)
-    rounds = min(code.unsigned_wraps, code.signed_wraps)  # of a counter, whose sign cannot be identified
+    wraps_anyway = min(code.unsigned_wraps, code.signed_wraps) > 0  # a counter: its sign cannot be identified
     for signed, wraps in ((False, code.unsigned_wraps), (True, code.signed_wraps)):
         first = int(to_signed(column[:1], bits)[0]) if signed else int(column[0])
-        jumps = COUNTER_BITS if rounds else min(wraps, MAX_SIGN_JUMPS) * bits
-        if code.turn:
-            first, jumps = min(first % code.turn, -first % code.turn), 0.0
+        jumps = COUNTER_BITS if wraps_anyway else min(wraps, MAX_PENALISED_WRAPS) * bits
+        if code.counter_range:
+            first, jumps = min(first % code.counter_range, -first % code.counter_range), 0.0
         length = first_value(first, bits) + signed + code.steps + jumps
         weights["number", signed] = _prior("number", bits, direction) - 1.0 - length
     start = flags_value(int(column[0]), bits)
-    weights["bits", None] = _prior("bits", bits, direction) - start - symbol_code(column, bits, below)
+    weights["bits", None] = _prior("bits", bits, direction) - start - symbol_code(column, bits, previous_byte)
     if bits == 16:
-        _add_profile_words(weights, column, direction, below)
+        _add_profile_words(weights, column, direction, previous_byte)
     if bits == 32:
         _add_float(weights, column, direction)
     return {reading: weight for reading, weight in weights.items() if weight > LOG_ZERO}
@@ -171,13 +174,13 @@ def _constant_readings(column: Column, bits: int, direction: Direction) -> dict[
 
 
 def _add_profile_words(
-    weights: dict[Reading, float], column: Column, direction: Direction, below: Column | None
+    weights: dict[Reading, float], column: Column, direction: Direction, previous_byte: Column | None
 ) -> None:
     distinct, first = np.unique(column, return_index=True)
-    if len(distinct) > 64:  # more than the states and the flags of a drive make within a log
+    if len(distinct) > MAX_WORD_VALUES:
         return
     in_order = distinct[np.argsort(first)]
-    changes = symbol_code(column, 16, below, new_values=False)
+    changes = symbol_code(column, 16, previous_byte, new_values=False)
     weights["status word", None] = _prior("status word", 16, direction) - changes - status_bits(in_order)
     weights["control word", None] = _prior("control word", 16, direction) - changes - control_bits(in_order)
 
@@ -188,40 +191,42 @@ def _add_float(weights: dict[Reading, float], column: Column, direction: Directi
     if np.any(exponents == 255) or np.any((exponents == 0) & ~is_zero) or np.all(is_zero):
         return
     used = exponents[~is_zero]
-    # Exponents of physical values: geometric on both sides of 2^2, half in three octaves; then 24 bits. What
-    # passes 0 is small for a moment: the largest value gives the size.
-    far = abs(int(used.max()) - 129)
+    # The exponent of the largest value has a geometric prior on both sides of 2^2 (biased exponent 129),
+    # which halves every three octaves; 3.1 bits normalise it. Sign and mantissa of the first value have 24
+    # bits.
+    octaves = abs(int(used.max()) - 129)
     step = to_signed(np.diff(ordered_floats(column)), 33)
     median_step = float(np.median(np.abs(step[step != 0])))
-    # 24 bits resolve more than any sensor: its steps are of 2^6 units of the last place and more.
+    # The steps of a sensor are at least 2^6 units of the last place: 24 bits resolve more than any sensor.
     fine = 0.0 if median_step >= priors.FLOAT_STEP else priors.FLOAT_STEP_BITS
-    zeros = min(
-        trailing_zero_bits(column & np.uint64(0xFFFFFF)), MAX_MANTISSA_ZEROS
-    )  # of what counts in 1/16, for example
+    # A value that is a multiple of 1/16, for example, has trailing zeros.
+    zeros = min(trailing_zero_bits(column & np.uint64(0xFFFFFF)), MAX_MANTISSA_ZEROS)
     changes = min(residual_code(step >> zeros), symbol_code(column, 32), _fixed_point_code(column, exponents))
-    length = 3.1 + far / 3.0 + 24.0 - zeros + math.log2(MAX_MANTISSA_ZEROS) + changes + fine
+    length = 3.1 + octaves / 3.0 + 24.0 - zeros + math.log2(MAX_MANTISSA_ZEROS) + changes + fine
     weights["float", True] = _prior("float", 32, direction) - length
 
 
 def _fixed_point_code(column: Column, exponents: NDArray[np.int64]) -> float:
     """Return the code length of floats as fixed-point numbers with the resolution of the largest one.
 
-    Additional places of smaller floats are coded separately if they are used.
+    The additional binary places of smaller floats are coded separately if they are not all zero.
     """
     largest = int(exponents.max())
     values = column.astype(np.uint32).view(np.float32).astype(np.float64)
     grid = np.rint(np.ldexp(values, 150 - largest)).astype(np.int64)
     zeros = trailing_zero_bits(np.abs(grid).astype(np.uint64))
-    has_more = bool(np.any(np.ldexp(grid.astype(np.float64), largest - 150) != values))
-    below = largest - exponents[values != 0.0] if has_more else np.zeros(0, np.int64)
-    more = float(np.where(below < 24, below, 24 + 8).sum())  # or a whole float, where it is negligible
+    has_places = bool(np.any(np.ldexp(grid.astype(np.float64), largest - 150) != values))
+    places = largest - exponents[values != 0.0] if has_places else np.zeros(0, np.int64)
+    place_bits = float(
+        np.where(places < 24, places, 24 + 8).sum()
+    )  # a value previous_byte the grid is coded whole
     numbers = grid >> min(zeros, 24)
-    around = numbers - np.int64(np.median(numbers))
-    return 1.0 + more + min(residual_code(np.diff(numbers)), residual_code(around[1:]))
+    deviation = numbers - np.int64(np.median(numbers))
+    return 1.0 + place_bits + min(residual_code(np.diff(numbers)), residual_code(deviation[1:]))
 
 
 def log2_sum(weights: Mapping[Reading, float]) -> float:
-    """Return log2 of the sum of the readings' probabilities."""
+    """Return log2 of the sum of the readings' weights, which are given as log2."""
     return _log2_sum(weights.values())
 
 
@@ -231,10 +236,10 @@ def _prior(kind: Kind, bits: int, direction: Direction) -> float:
 
 
 def _edges(words: Column, length: int) -> list[int]:
-    """Return the candidate boundaries of fields: whole bytes, and rises of the bits' flip rate.
+    """Return the candidate boundaries of fields [bits]: whole bytes, and the largest rises of the flip rate.
 
-    The rate falls from each bit of a number to the next higher one, and rises to the lowest bit of the next
-    (Marchetti and Stabili, READ, 2019). Where it rises most, a field may begin inside a byte.
+    Within a number the flip rate falls from each bit to the next higher one; it rises at the lowest bit of
+    the next number (Marchetti and Stabili, READ, 2019).
     """
     whole = range(0, 8 * length + 1, 8)
     flips = words[1:] ^ words[:-1]
@@ -248,7 +253,12 @@ def _edges(words: Column, length: int) -> list[int]:
 
 
 class _Table:
-    """The readings of all fields of a message in one byte order."""
+    """The weights of the readings of all possible fields of a message in one byte order.
+
+    Attributes:
+        edges: Candidate boundaries [bits].
+        readings: For each field, by the numbers of its two edges, the log2 weight of each reading.
+    """
 
     def __init__(self, words: Column, length: int, direction: Direction) -> None:
         self.edges = _edges(words, length)
@@ -256,19 +266,27 @@ class _Table:
         for start, end in itertools.combinations(range(len(self.edges)), 2):
             first, bits = self.edges[start], self.edges[end] - self.edges[start]
             column = words >> np.uint64(first) & np.uint64((1 << bits) - 1)
-            has_below = first >= 8 and direction != "unknown"  # elsewhere fields need not be whole bytes
-            below = words >> np.uint64(first - 8) & np.uint64(0xFF) if has_below else None
-            self.readings[start, end] = readings_of(column, bits, direction, below)
+            is_used = first >= 8 and direction != "unknown"  # without CANopen, fields need not be whole bytes
+            previous_byte = words >> np.uint64(first - 8) & np.uint64(0xFF) if is_used else None
+            self.readings[start, end] = reading_weights(column, bits, direction, previous_byte)
 
 
 class _Layouts:
-    """Forward and backward sums over all layouts in one byte order, with profile widths or any widths."""
+    """Forward and backward sums over all layouts, for one byte order and one prior of widths.
+
+    All weights are log2.
+
+    Attributes:
+        weight: Weight of each field, by the numbers of its two edges.
+        total: Weight of all layouts together.
+        best_weight: Weight of the most probable layout.
+    """
 
     def __init__(self, table: _Table, is_big_endian: bool, is_packed: bool, prior: float) -> None:
         self.table = table
         self.is_big_endian = is_big_endian
         self._is_packed = is_packed
-        self.weight = {place: log2_sum(self._weights(*place)) for place in table.readings}
+        self.weight = {ends: log2_sum(self._weights(*ends)) for ends in table.readings}
         count = len(table.edges) - 1
         self._before = [prior] + [LOG_ZERO] * count
         self._best: list[tuple[float, int]] = [(prior, 0)]
@@ -287,7 +305,7 @@ class _Layouts:
         self.best_weight = self._best[count][0]
 
     def _weights(self, start: int, end: int) -> dict[Reading, float]:
-        """Return the log2 probabilities of a field's readings under this model of widths."""
+        """Return the log2 weights of a field's readings with this prior of widths."""
         readings = self.table.readings[start, end]
         if not self._is_packed:
             return readings
@@ -299,11 +317,11 @@ class _Layouts:
         }
 
     def share(self, start: int, end: int) -> float:
-        """Return the posterior probability of a field."""
+        """Return the posterior probability of the field between two edges [0 to 1]."""
         return float(2.0 ** (self._before[start] + self.weight[start, end] + self._after[end] - self.total))
 
     def path(self) -> list[tuple[int, int]]:
-        """Return the fields of the most probable layout, as numbers of edges."""
+        """Return the fields of the most probable layout, each by the numbers of its two edges."""
         fields: list[tuple[int, int]] = []
         end = len(self.table.edges) - 1
         while end > 0:
@@ -312,7 +330,7 @@ class _Layouts:
         return fields[::-1]
 
     def readings(self, start: int, end: int) -> dict[Reading, float]:
-        """Return the probability of each reading of a field."""
+        """Return the probability of each reading of a field [0 to 1]."""
         weight = self.weight[start, end]
         return {reading: 2.0 ** (entry - weight) for reading, entry in self._weights(start, end).items()}
 

@@ -27,13 +27,15 @@ if TYPE_CHECKING:
     from omnimate.listen.signals import LearnedSignal
     from omnimate.listen.wheels import Kinematics
 
-MIN_DRIVE_PROBABILITY = 0.9  # that a node is a drive, for the signs of its signals
-MIN_SWINGS = 3  # between lowest and highest quarter of the values; driving out and back makes two
+MIN_DRIVE_PROBABILITY = 0.9  # probability from which a node is taken as a drive (assumption)
+MIN_SWINGS = (
+    3  # changes between the lowest and the highest quarter of the values; driving out and back makes two
+)
 
 
 @dataclass(frozen=True)
 class LearnedMessage:
-    """A message, when it is sent, and its signals."""
+    """A message, its trigger and timing, and its signals."""
 
     message: Message
     sending: Sending
@@ -46,11 +48,11 @@ class Findings:
 
     Attributes:
         start: Time of the first frame [s].
-        seconds: Length of the log [s].
+        seconds: Time from the first frame to the last [s].
         frames: Number of frames.
         network: Nodes and services.
-        messages: Messages by identifier.
-        shafts: Movements that are measured.
+        messages: Messages in the order of their identifiers.
+        shafts: Shafts whose movement is measured.
         kinematics: Which of them are wheels, joints, sliders.
     """
 
@@ -71,8 +73,8 @@ def learn_bus(
     """Return the analysis of a log.
 
     Args:
-        frames: The log, of one interface.
-        known: Fields of PDOs by COB-ID, as the SDO traffic in the log shows them.
+        frames: The frames of one interface, at least one, in the order of their times.
+        known: Fields of PDOs by COB-ID, from the SDO traffic in the log.
         progress: Called with (messages done, number of messages).
     """
     known = known or {}
@@ -104,41 +106,50 @@ def learn_bus(
 
 
 def _drive_nodes(network: Network, learned: Sequence[LearnedMessage]) -> set[int]:
-    """Return the nodes that are CiA 402 drives: by 1000h, or by a status or control word.
+    """Return the ids of the nodes that are CiA 402 drives: by 1000h, or by a status or control word.
 
-    Such a word may be constant while the drive is enabled. No other profile has one, so that the words in all
-    messages of a node are combined.
+    No other profile has such words. The probability that a node is no drive is the product over its signals
+    of the probability that the signal is no such word.
     """
     drives = {number for number, node in network.nodes.items() if node.profile == DRIVE_PROFILE}
-    without: dict[int, float] = {}
+    no_drive: dict[int, float] = {}
     for entry in learned:
         for signal in entry.signals:
             if signal.kind in {"status word", "control word"} and signal.node:
-                no_word = 1.0 - signal.boundaries * signal.kind_probability
-                without[signal.node] = without.get(signal.node, 1.0) * no_word
-    return drives | {node for node, share in without.items() if share < 1.0 - MIN_DRIVE_PROBABILITY}
+                no_word = 1.0 - signal.boundaries_probability * signal.kind_probability
+                no_drive[signal.node] = no_drive.get(signal.node, 1.0) * no_word
+    return drives | {
+        node for node, probability in no_drive.items() if probability < 1.0 - MIN_DRIVE_PROBABILITY
+    }
 
 
 def _with_sign(signal: LearnedSignal, drives: set[int], rates: set[str]) -> LearnedSignal:
-    """Return a number with the sign of its profile, or without one if it may be a counter.
+    """Return a signal with `signed` corrected if it is a number of 32 bits of unknown type.
 
-    CiA 402's speeds, torques and errors of 32 bits are signed. A counter that passes 0 downwards looks
-    signed, too, and may be 6004h of CiA 406 or a vendor's, which are not; no position of a profile has 16
-    bits.
+    Of a drive, a speed and a number that oscillates are signed, as all such objects of CiA 402 are. Any other
+    number, except a speed, may be a counter that passed 0 downwards, such as 6004h of CiA 406, which is
+    unsigned: its sign is not identified.
+
+    Args:
+        signal: The signal.
+        drives: Ids of the nodes that are CiA 402 drives.
+        rates: Labels of the signals that are speeds of a shaft.
     """
     is_described = " " in signal.name or profile_reading(signal.name, signal.bits) is not None
-    if signal.kind != "number" or signal.bits != 32 or is_described or signal.turn:
+    if signal.kind != "number" or signal.bits != 32 or is_described or signal.counter_range:
         return signal
     if signal.node in drives and (signal.label in rates or (signal.signed and _oscillates(signal))):
-        said = "its node is a drive, and CiA 402's speeds, torques and errors of 32 bits are signed"
-        return signal.says(said, signed=True)
+        reason = "its node is a drive, and CiA 402's speeds, torques and errors of 32 bits are signed"
+        return signal.with_reasons(reason, signed=True)
     if signal.label not in rates and signal.signed is not None:
-        return signal.says("it may be a counter, whose differences are the same with any sign", signed=None)
+        return signal.with_reasons(
+            "it may be a counter, whose differences are the same with any sign", signed=None
+        )
     return signal
 
 
 def _oscillates(signal: LearnedSignal) -> bool:
-    """Return whether a number oscillates between its outer quarters, unlike a wheel counter."""
+    """Return whether a number changes at least `MIN_SWINGS` times between its lowest and highest quarter."""
     value = signal.unwrapped()
     low, high = np.quantile(value, [0.25, 0.75])
     is_high = (value >= high)[(value <= low) | (value >= high)]

@@ -1,4 +1,4 @@
-"""The frames of a log by identifier, with their PDO by the predefined connection set of CiA 301."""
+"""The data frames of a log by identifier, with their PDO by the predefined connection set of CiA 301."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from omnimate.files.logs.frames import Frames
     from omnimate.listen.priors import Direction
 
-# CiA 301 table 39: the four PDOs that a node sends, and the four that it receives.
-SENT, RECEIVED = (0x180, 0x280, 0x380, 0x480), (0x200, 0x300, 0x400, 0x500)
+# CiA 301, table 39: COB-IDs of the four PDOs that a node sends, and of the four that it receives, without
+# node id.
+TPDO_COB_IDS, RPDO_COB_IDS = (0x180, 0x280, 0x380, 0x480), (0x200, 0x300, 0x400, 0x500)
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,36 +31,38 @@ class Message:
         is_extended: Whether it has 29 bits.
         time: Times of the frames [s], shape `(N,)`.
         data: Their data, shape `(N, length)`; frames of another length are left out.
-        others: Number of frames of other lengths.
+        other_lengths: Number of frames that are left out because their length is another.
         node: Node that sends or receives it by the predefined connections; 0 for none.
-        number: Number of the PDO of the node, 1 to 4; 0 where it is none.
-        direction: Whether the node sends or receives it.
+        pdo_number: Number of the node's PDO, 1 to 4; 0 if it is no PDO.
+        direction: Whether the node sends or receives it; `unknown` if it is no PDO.
     """
 
     can_id: int
     is_extended: bool
     time: NDArray[np.float64]
     data: NDArray[np.uint8]
-    others: int
+    other_lengths: int
     node: int
-    number: int
+    pdo_number: int
     direction: Direction
 
     @property
     def name(self) -> str:
         """Name for reports, such as `TPDO1 of node 5`."""
-        if not self.number:
+        if not self.pdo_number:
             return f"{self.can_id:08X}" if self.is_extended else f"{self.can_id:03X}"
-        return f"{'T' if self.direction == 'sent' else 'R'}PDO{self.number} of node {self.node}"
+        return f"{'T' if self.direction == 'sent' else 'R'}PDO{self.pdo_number} of node {self.node}"
 
 
 def messages_of(frames: Frames, nodes: frozenset[int], *, has_sync: bool = False) -> Iterator[Message]:
-    """Yield the messages that may be PDOs, by identifier.
+    """Yield the messages that may be PDOs, in the order of their identifiers.
+
+    A node is given only to messages of `nodes`, or, if there are none, to all messages of a bus with SYNC.
 
     Args:
         frames: The log.
-        nodes: Nodes that were identified by heartbeat, boot-up or SDO.
-        has_sync: Whether there is SYNC; then identifiers show the nodes if none reports itself.
+        nodes: Ids of the nodes that were identified by heartbeat, boot-up or SDO.
+        has_sync: Whether the log has SYNC frames.
     """
     is_data = frames.flags & (REMOTE | ERROR) == 0
     key = frames.can_id.astype(np.int64) | (frames.flags & EXTENDED).astype(np.int64) << 32
@@ -88,14 +91,14 @@ def messages_of(frames: Frames, nodes: frozenset[int], *, has_sync: bool = False
 
 
 def is_service(can_id: int) -> bool:
-    """Return whether an identifier of 11 bits is one of CANopen's services other than PDOs."""
+    """Return whether an identifier of 11 bits is that of a CANopen service other than PDO (CiA 301)."""
     return can_id <= 0x100 or 0x581 <= can_id <= 0x5FF or 0x601 <= can_id <= 0x67F or can_id >= 0x701
 
 
 def _pdo(can_id: int) -> tuple[int, int, Direction]:
     base, node = can_id & 0x780, can_id & 0x7F
-    if base in SENT:
-        return node, SENT.index(base) + 1, "sent"
-    if base in RECEIVED:
-        return node, RECEIVED.index(base) + 1, "received"
+    if base in TPDO_COB_IDS:
+        return node, TPDO_COB_IDS.index(base) + 1, "sent"
+    if base in RPDO_COB_IDS:
+        return node, RPDO_COB_IDS.index(base) + 1, "received"
     return 0, 0, "unknown"

@@ -17,21 +17,22 @@ if TYPE_CHECKING:
     from omnimate.listen.layout import Layout
     from omnimate.listen.priors import Direction
 
-MAX_VALUES = 16  # of a multiplexor
-MIN_FRAMES = 24  # of each value; fewer do not show a layout
-MIN_CHANGE_SHARE = 0.25  # share of frames in which it changes: what it switches between is sent in turn
-MAX_ORDER_BITS = 0.25  # bits a frame for the order of its values: they come in turn, with few exceptions
-PRIOR_BITS = 7.0  # bits of 1 in 100: few messages are multiplexed
-MIN_GAIN = 6.6  # bits of 99 to 1
+# Assumptions on a multiplexor: its values are sent in turn, with few exceptions.
+MAX_VALUES = 16  # distinct values
+MIN_FRAMES = 24  # frames of each value, from which a layout can be learned
+MIN_CHANGE_SHARE = 0.25  # share of frames in which it changes
+MAX_ORDER_BITS = 0.25  # [bits per frame] code length of the sequence of its values
+PRIOR_BITS = 7.0  # [bits] prior of 1 in 100: few messages are multiplexed
+MIN_GAIN = 6.6  # [bits] odds of 99 to 1
 
 
 class Multiplexed(NamedTuple):
     """A message whose data depend on a byte.
 
     Attributes:
-        start: First bit of the byte.
-        layouts: Of each of its values the layouts of the bytes before and behind it, with the numbers of the
-            first byte and of the one after the last.
+        start: First bit of that byte, the multiplexor.
+        layouts: For each of its values, the layouts of the bytes before it and of those after it, each as
+            (first byte, byte after the last, layout).
     """
 
     start: int
@@ -39,16 +40,16 @@ class Multiplexed(NamedTuple):
 
 
 def find_multiplexor(
-    data: NDArray[np.uint8], plain: Layout, direction: Direction, big_endian: float, packed: float
+    data: NDArray[np.uint8], plain: Layout, direction: Direction, big_endian_prior: float, packed_prior: float
 ) -> Multiplexed | None:
     """Return the multiplexor of a message if it makes the description shorter; None otherwise.
 
     Args:
         data: Data of the frames, shape `(N, length)`.
         plain: Their layout without a multiplexor.
-        direction: Who sends them.
-        big_endian: Probability of the big-endian order before any frame is seen.
-        packed: Probability of widths that no profile has, before any frame is seen.
+        direction: Whether the node sends or receives them.
+        big_endian_prior: Prior probability of the big-endian order [0 to 1].
+        packed_prior: Prior probability of widths that no profile has [0 to 1].
     """
     best: tuple[float, Multiplexed] | None = None
     for byte, values in _candidates(data):
@@ -66,19 +67,22 @@ def find_multiplexor(
                     first,
                     last,
                     find_layout(
-                        rows[:, first:last], direction=direction, big_endian=big_endian, packed=packed
+                        rows[:, first:last],
+                        direction=direction,
+                        big_endian_prior=big_endian_prior,
+                        packed_prior=packed_prior,
                     ),
                 )
                 for first, last in parts
             )
-            total += sum(layout.total for *_, layout in layouts[value])
-        if total > plain.total + MIN_GAIN and (best is None or total > best[0]):
+            total += sum(layout.log2_evidence for *_, layout in layouts[value])
+        if total > plain.log2_evidence + MIN_GAIN and (best is None or total > best[0]):
             best = total, Multiplexed(8 * byte, layouts)
     return None if best is None else best[1]
 
 
 def _candidates(data: NDArray[np.uint8]) -> Iterator[tuple[int, list[int]]]:
-    """Yield the bytes that may be a multiplexor, each with its values."""
+    """Yield the bytes that may be a multiplexor, each as (number of the byte, its values)."""
     if data.shape[1] < 2 or len(data) < 2 * MIN_FRAMES:
         return
     for byte in range(data.shape[1]):

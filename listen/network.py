@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
     from omnimate.files.logs.frames import Frames
 
-DRIVE_PROFILE = 402  # low half of 1000h
+DRIVE_PROFILE = 402  # CiA 402: lower 16 bits of 1000h (device type)
+MAX_STATES = 12  # changes of state of a node that are listed
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +39,13 @@ class Node:
 
     Attributes:
         number: Its id.
-        states: NMT states in the order in which its heartbeats or guarding answers showed them.
-        heartbeat: Its heartbeat period [s]; None without.
-        is_guarded: Whether a master asks for its state (node guarding).
-        boot_ups: How often it booted.
-        emergencies: Its EMCY codes in words, each with how often it came.
-        asked: SDO requests to it.
-        profile: Profile that it named in 1000h over SDO; None where that was not seen.
+        states: Its first NMT states in words, in order, from heartbeats or answers to node guarding.
+        heartbeat: Its heartbeat period [s]; None without heartbeat.
+        is_guarded: Whether a master requests its state (node guarding).
+        boot_ups: Number of its boot-up messages.
+        emergencies: Number of EMCY messages by code, in words.
+        asked: Number of SDO requests to it.
+        profile: Number of its device profile (1000h), if it was read by SDO in the log; None otherwise.
     """
 
     number: int
@@ -63,13 +64,13 @@ class Network:
 
     Attributes:
         nodes: The nodes by id.
-        sync_period: Period of SYNC [s]; None without.
-        sync_jitter: Standard deviation of its intervals [s].
+        sync_period: Median interval of SYNC [s]; None without SYNC.
+        sync_jitter: Standard deviation of its intervals, without lost SYNCs [s].
         sync_overflow: Highest value of its counter (1019h); 0 without a counter.
         sync_times: Times of the SYNCs [s], shape `(N,)`.
-        time_stamps: TIME objects.
-        commands: NMT commands in words, each with how often it came.
-        parameters: PDO parameters that SDO traffic showed, by node, index and sub-index.
+        time_stamps: Number of TIME messages.
+        commands: Number of NMT commands by command, in words.
+        parameters: Values of PDO parameters in SDO traffic, by (node, index, sub-index).
     """
 
     nodes: Mapping[int, Node]
@@ -83,7 +84,7 @@ class Network:
 
 
 def find_network(frames: Frames) -> Network:
-    """Return the nodes and services in a log; empty if it is no CANopen bus."""
+    """Return the nodes and services in a log; without nodes if it is no CANopen bus."""
     standard = frames.select(frames.flags & (EXTENDED | ERROR) == 0)
     plain = standard.select(standard.flags & REMOTE == 0)
     syncs = plain.select((plain.can_id == SYNC_ID) & (plain.length <= 1))
@@ -91,7 +92,7 @@ def find_network(frames: Frames) -> Network:
     median_interval = float(np.median(interval)) if len(interval) else None
     regular = interval[interval < 1.5 * median_interval] if median_interval else interval
     parameters = seen_objects(plain)
-    numbers = _numbers(standard, plain)
+    numbers = _node_ids(standard, plain)
     return Network(
         {
             number: _node(number, standard, plain)
@@ -107,7 +108,7 @@ def find_network(frames: Frames) -> Network:
     )
 
 
-def _numbers(standard: Frames, plain: Frames) -> set[int]:
+def _node_ids(standard: Frames, plain: Frames) -> set[int]:
     """Return the ids of nodes with a heartbeat, a boot-up or an SDO answer."""
     beats = (plain.can_id > HEARTBEAT) & (plain.can_id < HEARTBEAT + 0x80) & (plain.length == 1)
     states = np.isin(plain.data[:, 0] & 0x7F, (0x00, 0x04, 0x05, 0x7F))
@@ -128,7 +129,7 @@ def _node(number: int, standard: Frames, plain: Frames) -> Node:
     device = _device_type(number, plain)
     return Node(
         number,
-        tuple(nmt_state_in_words(int(shown[at])) for at in changes[:12].tolist()),
+        tuple(nmt_state_in_words(int(shown[at])) for at in changes[:MAX_STATES].tolist()),
         float(np.median(np.diff(running))) if len(running) > 2 and not guarded else None,
         bool(guarded),
         int(np.count_nonzero(shown == 0)),
@@ -139,8 +140,8 @@ def _node(number: int, standard: Frames, plain: Frames) -> Node:
 
 
 def _device_type(number: int, plain: Frames) -> int | None:
-    """Return 1000h as the node answered by SDO, expedited; None where that was not seen."""
-    rows = (plain.can_id == 0x580 + number) & (plain.length == 8) & (plain.data[:, 0] == 0x43)
+    """Return the value of 1000h from the node's last expedited SDO answer; None if there is none."""
+    rows = (plain.can_id == SDO_ANSWER + number) & (plain.length == 8) & (plain.data[:, 0] == 0x43)
     rows &= (plain.data[:, 1] == 0) & (plain.data[:, 2] == 0x10) & (plain.data[:, 3] == 0)
     device_types = plain.data[rows, 4:8]
     return int.from_bytes(device_types[-1].tobytes(), "little") if len(device_types) else None

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
     from omnimate.listen.priors import Kind
 
-# Mask and value of each state: CiA 402-2 (IEC 61800-7-201), table of the states of the status word. Up to
-# operation enabled, each one is followed by the next when a drive is switched on (transitions 1 to 4).
+# Mask and value of each state in the status word: CiA 402-2 (IEC 61800-7-201). A drive that is switched on
+# passes the states in this order up to operation enabled (transitions 1 to 4).
 STATES: dict[str, tuple[int, int]] = {
     "not ready to switch on": (0x4F, 0x00),
     "switch on disabled": (0x4F, 0x40),
@@ -33,8 +33,8 @@ COMMANDS: dict[str, tuple[int, int]] = {
     "quick stop": (0x86, 0x02),
     "fault reset": (0x80, 0x80),
 }
-# Objects of CiA 402, 406 and 401 that are mapped into PDOs: width, kind and sign. Those of CiA 406 and 401
-# that have an index of CiA 402, too, are arrays: their sub-index is not 0.
+# Objects of CiA 402, 406 and 401 that are mapped into PDOs: width [bits], kind, and whether they are signed.
+# An index that CiA 402 shares with CiA 406 or 401 is a variable in the former, and an array in the latter.
 _VARIABLES: dict[tuple[int, ...], tuple[int, Kind, bool | None]] = {
     (0x6040,): (16, "control word", None),
     (0x6041,): (16, "status word", None),
@@ -55,14 +55,18 @@ _ARRAYS: dict[tuple[int, ...], tuple[int, Kind, bool | None]] = {
     (0x6020, 0x60C1): (32, "number", True),
     (0x6030, 0x6040, 0x6401, 0x6411): (16, "number", True),
 }
-_STATUS_SET = 0x0210  # remote, and voltage enabled
-_STATUS_EVEN = 0x3400  # target reached, and two bits of the mode of operation
-_CONTROL_EVEN = 0x0010  # bit 4 starts a movement in the modes that have one
-USUAL_BIT_SHARE = 0.9  # share of words in which a free bit has its normal value (assumption)
+_STATUS_DEFAULT = 0x0210  # bits that are mostly set: remote, and voltage enabled
+_STATUS_EQUAL = (
+    0x3400  # bits that are 0 and 1 equally often: target reached, and two of the mode of operation
+)
+_CONTROL_EQUAL = 0x0010  # bit 4 starts a movement in some modes
+DEFAULT_SHARE = (
+    0.9  # share of words with the expected state, and of free bits with their default (assumption)
+)
 
 
 def profile_reading(name: str, bits: int) -> tuple[Kind, bool | None] | None:
-    """Return the kind and sign that a profile gives a mapped object of this width; None where none does.
+    """Return the kind of a mapped object by its profile, and whether it is signed; None if no profile has it.
 
     Args:
         name: Name of the signal, such as `5.6020h:01 Position 1`; empty where the object is not known.
@@ -78,53 +82,54 @@ def profile_reading(name: str, bits: int) -> tuple[Kind, bool | None] | None:
 
 
 def status_bits(values: NDArray[np.uint64]) -> float:
-    """Return the bits of the distinct values of a status word in their order; infinite where it is none.
+    """Return the code length of distinct values in their order, `(K,)`, as a status word [bits].
 
-    The first one is described whole, each other one by its state and by the other bits that have changed.
+    It is infinite if a value has no state of CiA 402. The first value is coded by its state and all other
+    bits, each further one by its state and the other bits that have changed.
     """
-    return _word_bits(values, STATES, "operation enabled", _STATUS_SET, _STATUS_EVEN)
+    return _word_bits(values, STATES, "operation enabled", _STATUS_DEFAULT, _STATUS_EQUAL)
 
 
 def control_bits(values: NDArray[np.uint64]) -> float:
-    """Return the bits of the distinct values of a control word in their order; infinite where it is none."""
-    return _word_bits(values, COMMANDS, "enable operation", 0, _CONTROL_EVEN)
+    """Return the code length of distinct values in their order, `(K,)`, as a control word [bits].
+
+    It is infinite if a value has no command of CiA 402.
+    """
+    return _word_bits(values, COMMANDS, "enable operation", 0, _CONTROL_EQUAL)
 
 
 def _word_bits(
-    values: NDArray[np.uint64], meanings: dict[str, tuple[int, int]], working: str, usual: int, even: int
+    values: NDArray[np.uint64], meanings: dict[str, tuple[int, int]], enabled: str, default: int, equal: int
 ) -> float:
-    """Return the bits of the values of a word.
+    """Return the code length of the values of a word [bits].
 
     Args:
         values: Distinct values in the order in which they came.
-        meanings: Mask and value of each meaning, in the order in which they come.
-        working: The meaning with which a drive turns its wheel.
-        usual: Free bits that are set in most words; the others are not.
-        even: Free bits that are as often set as not.
+        meanings: Mask and value of each state or command, in the order in which a drive is switched on.
+        enabled: The state or command with which a drive moves.
+        default: Bits outside the mask that are mostly set; the others are mostly not set.
+        equal: Bits outside the mask that are 0 and 1 equally often.
     """
     names = list(meanings)
-    total, before, expected = 0.0, -1, {working, *names[:2]}  # a log begins while it works, or is switched on
+    # A log begins while the drive moves, or while it is switched on.
+    total, before, expected = 0.0, -1, {enabled, *names[:2]}
     for value in values.tolist():
-        matching = [name for name, (mask, wanted) in meanings.items() if value & mask == wanted]
+        matching = [name for name, (mask, pattern) in meanings.items() if value & mask == pattern]
         if not matching:
             return math.inf
         name = max(matching, key=lambda name: meanings[name][0].bit_count())
         free = ~meanings[name][0] & 0xFFFF
-        rest = len(meanings) - len(expected)
-        total += (
-            _bits_of(True) + math.log2(len(expected))
-            if name in expected
-            else _bits_of(False) + math.log2(rest)
-        )
-        expected = {name, working if name == working else names[(names.index(name) + 1) % len(names)]}
-        odd = value ^ (usual if before < 0 else before)
-        certain = free & ~even if before < 0 else free
-        flips = (odd & certain).bit_count()
-        total += flips * _bits_of(False) + (certain.bit_count() - flips) * _bits_of(True)
-        total += 0 if before >= 0 else (free & even).bit_count()
+        choices = len(expected) if name in expected else len(meanings) - len(expected)
+        total += _bits_of(name in expected) + math.log2(choices)
+        expected = {name, enabled if name == enabled else names[(names.index(name) + 1) % len(names)]}
+        predicted = default if before < 0 else before
+        coded = free & ~equal if before < 0 else free
+        flips = ((value ^ predicted) & coded).bit_count()
+        total += flips * _bits_of(False) + (coded.bit_count() - flips) * _bits_of(True)
+        total += 0 if before >= 0 else (free & equal).bit_count()
         before = value
     return total
 
 
-def _bits_of(usual: bool) -> float:
-    return -math.log2(USUAL_BIT_SHARE if usual else 1.0 - USUAL_BIT_SHARE)
+def _bits_of(is_as_predicted: bool) -> float:
+    return -math.log2(DEFAULT_SHARE if is_as_predicted else 1.0 - DEFAULT_SHARE)

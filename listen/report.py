@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     from omnimate.listen.network import Network, Node
     from omnimate.listen.signals import LearnedSignal
 
-WIDTH = 80
+WIDTH = 80  # [characters] of a line
 
 
 def report_lines(findings: Findings, meanings: dict[str, Meaning], *, reasons: bool = True) -> Iterator[str]:
     """Yield the lines of the report.
 
     Args:
-        findings: What was learned.
-        meanings: Names and meanings by label.
-        reasons: Whether the reasons of each decision are included.
+        findings: Results of the analysis.
+        meanings: Names and meanings of its signals by label, from `meanings_of`.
+        reasons: Whether to include the reasons of each decision.
     """
     yield f"{findings.frames} frames in {findings.seconds:.1f} s; nothing was sent"
     yield from _network(findings.network)
@@ -34,8 +34,8 @@ def report_lines(findings: Findings, meanings: dict[str, Meaning], *, reasons: b
     yield "Wheels"
     for reason in findings.kinematics.reasons:
         yield from _wrapped(reason, 2)
-    if findings.kinematics.turns:
-        times = ", ".join(f"{turn - findings.start:.1f} s" for turn in findings.kinematics.turns)
+    if findings.kinematics.turn_starts:
+        times = ", ".join(f"{turn - findings.start:.1f} s" for turn in findings.kinematics.turn_starts)
         yield from _wrapped(
             f"clear turns begin at {times}; --turn left or right gives the direction of the first", 2
         )
@@ -63,7 +63,7 @@ def _network(network: Network) -> Iterator[str]:
     for words, count in network.commands.items():
         yield f"NMT {words}: {count} times"
     if not network.nodes:
-        yield "no node of CANopen: no heartbeat, no boot-up, no answer by SDO"
+        yield "no CANopen node: no heartbeat, no boot-up, no SDO answer"
     for node in network.nodes.values():
         yield from _wrapped(_node(node), 0)
 
@@ -90,14 +90,14 @@ def _message(learned: LearnedMessage, meanings: dict[str, Meaning], *, reasons: 
     name = "" if message.name == identifier else f", {message.name}"
     yield f"{identifier}{name}: {message.data.shape[1]} bytes, {len(message.time)} frames"
     yield f"  {_sending(learned)}"
-    if message.others:
-        yield f"  {message.others} frames of another length are left out"
+    if message.other_lengths:
+        yield f"  {message.other_lengths} frames of another length are left out"
     yield f"  {'bits':<9}{'order':<8}{'kind':<14}{'sign':<13}{'P':>6}  name"
     shown: int | None = None
     for signal in learned.signals:
-        if signal.switch != shown and signal.switch is not None:
-            yield f"  where the multiplexor is {signal.switch}:"
-        shown = signal.switch
+        if signal.multiplexor_value not in {shown, None}:
+            yield f"  where the multiplexor is {signal.multiplexor_value}:"
+        shown = signal.multiplexor_value
         meaning = meanings[signal.label]
         yield _row(signal, meaning)
         if meaning.words:
@@ -130,9 +130,9 @@ def _row(signal: LearnedSignal, meaning: Meaning) -> str:
     sign = "-"
     if signal.kind == "number":
         sign = {True: "signed", False: "unsigned", None: "cannot tell"}[signal.signed]
-    if signal.turn:
-        sign = f"mod {signal.turn}"
-    probability = signal.boundaries * signal.kind_probability
+    if signal.counter_range:
+        sign = f"mod {signal.counter_range}"
+    probability = signal.boundaries_probability * signal.kind_probability
     sure = "-" if signal.kind == "constant" else "sure" if signal.is_sure else f"{probability:.2f}"
     return f"  {bits:<9}{order:<8}{signal.kind:<14}{sign:<13}{sure:>6}  {meaning.name}"[:WIDTH]
 
@@ -144,7 +144,12 @@ def _wrapped(text: str, indent: int) -> list[str]:
 
 
 def findings_as_json(findings: Findings, meanings: dict[str, Meaning]) -> dict[str, Any]:
-    """Return the findings as dictionaries and lists; times in seconds."""
+    """Return the findings as dictionaries and lists that can be written as JSON; times in seconds.
+
+    Args:
+        findings: Results of the analysis.
+        meanings: Names and meanings of its signals by label, from `meanings_of`.
+    """
     network = findings.network
     return {
         "frames": findings.frames,
@@ -183,7 +188,7 @@ def findings_as_json(findings: Findings, meanings: dict[str, Meaning]) -> dict[s
         ],
         "front_truck": findings.kinematics.front,
         "wheel_reasons": list(findings.kinematics.reasons),
-        "turns": [turn - findings.start for turn in findings.kinematics.turns],
+        "turns": [turn - findings.start for turn in findings.kinematics.turn_starts],
     }
 
 
@@ -205,10 +210,10 @@ def _message_as_json(learned: LearnedMessage, meanings: dict[str, Meaning]) -> d
                 "byte_order": "big" if signal.is_big_endian else "little",
                 "kind": signal.kind,
                 "signed": signal.signed,
-                "range": signal.turn or None,
-                "multiplexor": signal.switch,
+                "range": signal.counter_range or None,
+                "multiplexor": signal.multiplexor_value,
                 "sure": signal.is_sure,
-                "boundaries_probability": signal.boundaries,
+                "boundaries_probability": signal.boundaries_probability,
                 "kind_probability": signal.kind_probability,
                 "meaning": meanings[signal.label].words,
                 "reasons": list(signal.reasons),

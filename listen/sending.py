@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 Cause = Literal["SYNC", "timer", "change", "cannot tell"]
 TICK = 2.0**-17  # [s], 7.6 us: the shortest frame at 1 Mbit/s takes 47 bits
-EXCEPTION_BITS = 10.0  # 1 in 1000: a frame that a timer omits, or that repeats unchanged data
-MIN_FRAMES = 8  # frames, with fewer no cause stands out
+EXCEPTION_BITS = 10.0  # [bits] prior of 1 in 1000: a frame that a timer omits, or that repeats unchanged data
+MIN_FRAMES = 8  # frames needed to distinguish the causes (assumption)
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,11 +25,12 @@ class Sending:
 
     Attributes:
         cause: Trigger of the message.
-        probability: That this is the cause [0 to 1].
+        probability: Probability of this cause [0 to 1].
         period: Median of its intervals [s]; 0 for a single frame.
-        jitter: Standard deviation of what the cause leaves: of the delay after SYNC, or of the intervals [s].
-        every: SYNCs from one frame to the next (the transmission type), where SYNC is the cause.
-        delay: Median delay after SYNC [s], where that is the cause.
+        jitter: Standard deviation of the delay after SYNC if that is the cause, otherwise of the intervals
+            within half of the median [s].
+        every: SYNCs from one frame to the next (the transmission type) if SYNC is the cause; otherwise 0.
+        delay: Median delay after SYNC if that is the cause; otherwise 0 [s].
     """
 
     cause: Cause
@@ -45,8 +46,9 @@ def find_sending(
 ) -> Sending:
     """Return the trigger and timing of a message.
 
-    Three codes of its times are compared: the delay after SYNC and the SYNCs between; the intervals, which a
-    timer keeps; the intervals of a device that sends changes only, which pauses and repeats no data.
+    The code lengths of its times under three models are compared: the delay after SYNC, and the number of
+    SYNCs from frame to frame; equal intervals of a timer; intervals of a device that sends only changed data,
+    and so pauses and repeats no data.
 
     Args:
         time: Times of its frames [s], shape `(N,)`.
@@ -64,7 +66,7 @@ def find_sending(
     grid = np.maximum(np.rint(interval / median_interval), 1.0)
     gaps = int(np.count_nonzero(grid > 1))
     same = int(np.count_nonzero(~np.any(data[1:] != data[:-1], axis=1)))
-    # A timer's period must be described, of SYNC only a small whole number.
+    # The code of a timer includes its period, that of SYNC only a small whole number.
     late = _ticks(interval - grid * median_interval) + first_value(round(median_interval / TICK), 32)
     lengths: dict[Cause, float] = {
         "timer": late + gaps * EXCEPTION_BITS,

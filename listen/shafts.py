@@ -22,10 +22,11 @@ if TYPE_CHECKING:
 CLOCK_STEP = 0.04  # [s] of the common clock: robots of some hundred kg change speed in 0.1 s or more
 CORRELATION_TIME = 1.0  # [s] correlation time of a movement (assumption)
 MAX_INTERVAL = 4.0 * CLOCK_STEP  # [s] largest median interval of a signal that is used
-MIN_EXPLAINED_SHARE = (
-    0.95  # of a speed's variance by its position; 5 % for noise, filters and delays (assumption)
-)
-MIN_DISTINCT_VALUES = 6  # distinct values that are needed for a movement
+# Share of a speed's variance that the rate of its position explains; 5 % are left for noise, filters and
+# delays. Assumption.
+MIN_EXPLAINED_SHARE = 0.95
+MIN_DISTINCT_VALUES = 6  # distinct values of a signal that is used (assumption)
+MIN_SAMPLES = 16  # values of a signal, and steps of the common clock (assumption)
 LAGS = (-2, -1, 0, 1, 2, 3)  # [steps] trial delays of a filtered speed
 
 
@@ -36,9 +37,9 @@ class Track:
     Attributes:
         signal: The signal.
         start: Time at which the clock begins [s].
-        value: Its value, unwrapped, shape `(M,)`.
-        rate: Its rate per second, over three steps, shape `(M,)`.
-        noise: Standard deviation of the rate that one count of resolution makes.
+        value: Its unwrapped value [counts], shape `(M,)`.
+        rate: Its rate by central differences [counts/s], shape `(M,)`.
+        noise: Limit of the rate's error by the resolution of one count [counts/s].
     """
 
     signal: LearnedSignal
@@ -54,29 +55,29 @@ class Shaft:
 
     Attributes:
         position: The main position signal.
-        same: Copies of the position, with their ratio to it.
-        rates: Signals proportional to its speed, with counts for each count per second and the share of
-            their variance that it explains.
+        copies: Other positions of the same movement, each as (signal, its counts per count of `position`).
+        rates: Signals proportional to its speed, each as (signal, its counts per count/s of the position,
+            share of its variance that the position's rate explains [0 to 1]).
     """
 
     position: Track
-    same: tuple[tuple[LearnedSignal, float], ...] = ()
+    copies: tuple[tuple[LearnedSignal, float], ...] = ()
     rates: tuple[tuple[LearnedSignal, float, float], ...] = ()
 
 
 def tracks_of(signals: Sequence[LearnedSignal]) -> list[Track]:
-    """Return the usable signals, resampled to a common clock."""
+    """Return the signals that may measure a movement, resampled to a common clock; others are left out."""
     usable = [signal for signal in signals if _is_trackable(signal)]
     if not usable:
         return []
     start = max(float(signal.time[0]) for signal in usable)
     end = min(float(signal.time[-1]) for signal in usable)
     clock = np.arange(start, end, CLOCK_STEP)
-    return [_track(signal, clock) for signal in usable] if len(clock) > 16 else []
+    return [_track(signal, clock) for signal in usable] if len(clock) > MIN_SAMPLES else []
 
 
 def _is_trackable(signal: LearnedSignal) -> bool:
-    if signal.kind not in {"number", "float"} or len(signal.time) < 16:
+    if signal.kind not in {"number", "float"} or len(signal.time) < MIN_SAMPLES:
         return False
     if np.median(np.diff(signal.time)) > MAX_INTERVAL:
         return False
@@ -86,21 +87,26 @@ def _is_trackable(signal: LearnedSignal) -> bool:
 def _track(signal: LearnedSignal, clock: NDArray[np.float64]) -> Track:
     time, value = signal.time, signal.unwrapped()
     median_interval = float(np.median(np.diff(time)))
-    # A device that sends changes is silent while nothing changes: its last value holds.
+    # A device that sends only changes pauses while its value is constant: repeat the last one before the
+    # next.
     gaps = np.flatnonzero(np.diff(time) > 3 * median_interval)
     time = np.insert(time, gaps + 1, time[gaps + 1] - median_interval)
     value = np.insert(value, gaps + 1, value[gaps])
-    at = np.interp(clock, time, value)
-    rate = np.convolve(at, np.array([1.0, 0.0, -1.0]) / (2 * CLOCK_STEP), "same")
+    resampled = np.interp(clock, time, value)
+    rate = np.convolve(resampled, np.array([1.0, 0.0, -1.0]) / (2 * CLOCK_STEP), "same")
     rate[[0, -1]] = rate[[1, -2]]
-    return Track(signal, float(clock[0]), at, rate, 0.5 / CLOCK_STEP)
+    return Track(signal, float(clock[0]), resampled, rate, 0.5 / CLOCK_STEP)
 
 
 def find_shafts(tracks: Sequence[Track], drives: Collection[int]) -> list[Shaft]:
     """Return the measured movements: each position with its copies and rates.
 
-    Two positions in one message of a drive may be its demand and its actual value; those of any other device
-    are of two sensors, even if they move alike.
+    Two positions in one message of a drive may be its demanded and its actual position. In a message of any
+    other device they belong to two sensors, even if they move alike.
+
+    Args:
+        tracks: The signals, all on one clock.
+        drives: Ids of the nodes that are CiA 402 drives.
     """
     is_rate: dict[int, tuple[int, float, float]] = {}
     for number, track in enumerate(tracks):
@@ -127,19 +133,18 @@ def find_shafts(tracks: Sequence[Track], drives: Collection[int]) -> list[Shaft]
             for number, (position, factor, share) in is_rate.items()
             if position in members
         )
-        best = tracks[group[0][0]]
-        same = tuple((tracks[number].signal, ratio) for number, ratio in group[1:])
-        shafts.append(Shaft(best, same, rates))
+        copies = tuple((tracks[number].signal, ratio) for number, ratio in group[1:])
+        shafts.append(Shaft(tracks[group[0][0]], copies, rates))
     return shafts
 
 
 def effective_samples(count: int) -> float:
-    """Return the effective number of independent samples in `count` steps of the clock."""
+    """Return the number of independent samples in `count` steps of the clock, at least 4."""
     return max(count * CLOCK_STEP / CORRELATION_TIME, 4.0)
 
 
 def _position_of(number: int, track: Track, tracks: Sequence[Track]) -> tuple[int, float, float] | None:
-    """Return the position whose rate a number is, counts per count and second, and the explained share."""
+    """Return the position whose rate a track is, its counts per count/s, and the explained share; or None."""
     scores: list[tuple[float, float, int]] = []
     for other, position in enumerate(tracks):
         if other == number or np.std(position.rate) <= 2 * position.noise:
@@ -150,39 +155,42 @@ def _position_of(number: int, track: Track, tracks: Sequence[Track]) -> tuple[in
     if not scores or scores[0][0] < MIN_EXPLAINED_SHARE:
         return None
     share, factor, other = scores[0]
-    # Of two numbers each the rate of the other none is; a position's own rate explains it badly.
-    same_node = [each for each in scores if tracks[each[2]].signal.node == track.signal.node]
+    # A position of the same node is preferred, even if that of another node explains more.
+    same_node = [score for score in scores if tracks[score[2]].signal.node == track.signal.node]
     if track.signal.node and same_node and same_node[0][0] >= MIN_EXPLAINED_SHARE:
         share, factor, other = same_node[0]
     return other, factor, share
 
 
 def _explained_share(value: NDArray[np.float64], rate: NDArray[np.float64], lag: int) -> tuple[float, float]:
-    """Return the share of a number's variance that a rate explains with a lag, and the factor."""
+    """Return the share of the variance of `value` that `rate` explains by linear regression, and the factor.
+
+    `lag` is the delay of the value after the rate [steps of the clock].
+    """
     late = value[max(lag, 0) : len(value) + min(lag, 0)]
     early = rate[max(-lag, 0) : len(rate) - max(lag, 0)]
     power = float(early @ early)
-    whole = float(np.var(late)) * len(late)  # about the mean: a steady drive explains no constant
-    if not power or not whole:
+    total = float(np.var(late)) * len(late)  # about the mean, so that a constant speed explains no constant
+    if not power or not total:
         return 0.0, 0.0
     factor = float(early @ late) / power
-    left = late - factor * early
-    return 1.0 - float(left @ left) / whole, factor
+    residual = late - factor * early
+    return 1.0 - float(residual @ residual) / total, factor
 
 
 def _position_ratio(one: Track, other: Track) -> float:
-    """Return the ratio of counts of two copies of a position; 0 if they are not copies.
+    """Return the counts of `other` per count of `one` if they are copies of one position; otherwise 0.
 
-    Two signals of one node are copies if they differ by resolution and noise only.
+    Two signals of one node are copies if they differ by resolution, noise and delay only.
     """
     if one.signal.node != other.signal.node or not one.signal.node:
         return 0.0
     share, factor = max(_explained_share(other.rate, one.rate, lag) for lag in (-1, 0, 1))
     if share < MIN_EXPLAINED_SHARE or not factor:
         return 0.0
-    # What is left is resolution, and the delay between the two samplings.
+    # The rate in the regression models the delay between the two samplings.
     table = np.array([one.value - one.value[0], one.rate, np.ones(len(one.value))]).T
     fit = np.linalg.lstsq(table, other.value, rcond=None)[0]
-    left = other.value - table @ fit
+    residual = other.value - table @ fit
     allowed = 3.0 * max(1.0, abs(factor)) + 0.001 * float(np.ptp(other.value))
-    return float(fit[0]) if math.sqrt(float(np.mean(left * left))) < allowed else 0.0
+    return float(fit[0]) if math.sqrt(float(np.mean(residual * residual))) < allowed else 0.0

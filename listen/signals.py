@@ -10,7 +10,7 @@ import numpy as np
 
 from omnimate.listen import priors
 from omnimate.listen.code_lengths import little_endian, number_code, to_signed
-from omnimate.listen.layout import find_layout, log2_sum, readings_of
+from omnimate.listen.layout import find_layout, log2_sum, reading_weights
 from omnimate.listen.multiplexing import find_multiplexor
 from omnimate.listen.profile_words import profile_reading
 
@@ -26,16 +26,20 @@ if TYPE_CHECKING:
     from omnimate.listen.priors import Kind
 
 SURE_PROBABILITY = 0.99  # smallest probability of a finding that is reported as sure: an error rate of 1 %
-# Upper limit of the probability of boundaries inside bytes, or in messages outside of CANopen: only six
-# candidates inside bytes are examined, and spare bits above a field leave its end open. Assumption.
+# Upper limit of the probability of boundaries inside bytes, or in messages outside of CANopen, because only
+# `MAX_INNER_EDGES` boundaries inside bytes are tried, and unused bits above a field leave its end open.
+# Assumption.
 MAX_PACKED_PROBABILITY = 0.9
-# Upper limit of the probability of flags of several bytes, and of numbers whose width is not determined by
-# the data: nine of ten have a common type. Assumption.
+# Upper limit of the probability of the boundaries of flags of several bytes, and of numbers whose width the
+# data do not determine: nine of ten have a common type. Assumption.
 MAX_OPEN_PROBABILITY = 0.9
-WIDTHS = (8, 16, 32)  # bits of the types that nearly all mapped objects have
+WIDTHS = (8, 16, 32)  # [bits] of the types that nearly all mapped objects have
 MAX_LAYOUT_FRAMES = 4096  # frames from which a layout is learned, if every changing bit changes in them
-MIN_SAME_STEP_SHARE = 0.98  # of the frames of a counter with the same step; the others were lost (assumption)
-MAX_CLOCK_ERROR = 1e-3  # relative error of a device's clock: quartz is far better, resonators have 5e-3
+MIN_SAME_STEP_SHARE = (
+    0.98  # share of a frame counter's steps that are equal; the others are lost frames (assumption)
+)
+MAX_COUNTER_STEP = 16  # counts from frame to frame of a frame counter (assumption)
+MAX_CLOCK_ERROR = 1e-3  # relative error of a device's clock; quartz is more exact, resonators reach 5e-3
 
 SignalKind = Literal[
     "constant",
@@ -59,20 +63,20 @@ class LearnedSignal:
         can_id: Identifier of the message.
         is_extended: Whether it has 29 bits.
         node: Node that sends or receives it; 0 where that is not known.
-        start: Lowest bit; big-endian, in the number that the bytes in the other order make.
-        bits: Width.
+        start: Its lowest bit in the number that all bytes of the message make in its byte order.
+        bits: Its width.
         length: Length of the message [bytes].
-        is_big_endian: Byte order.
-        boundaries: Probability of start and width [0 to 1]; 1 where SDO traffic showed the mapping.
-        kind: What it is; `cannot tell` where nothing is more probable than not.
-        kind_probability: Probability of the kind, in these boundaries.
-        signed: Two's complement or not; None for `cannot tell`.
-        turn: Range after which it restarts before its bits are full; 0 for none.
-        name: Object that SDO traffic or a profile names; empty where none does.
+        is_big_endian: Whether its byte order is big-endian.
+        boundaries_probability: Probability of start and width [0 to 1]; 1 if SDO traffic showed the mapping.
+        kind: Kind of its content; `cannot tell` if no kind has a probability above 0.5.
+        kind_probability: Probability of the kind, given the boundaries [0 to 1].
+        signed: Whether it is a two's complement number; None if that is not identified.
+        counter_range: Value at which it restarts from 0 before its bits are full; 0 for none [counts].
+        name: Name of the object by SDO traffic, such as `5.6064h Position actual value`; empty if not known.
         time: Times of its values [s], shape `(N,)`.
-        raw: Values as they are sent, shape `(N,)`.
-        switch: Value of the message's multiplexor with which it is there; None for always.
+        raw: Its values as unsigned numbers, shape `(N,)`.
         reasons: Sentences on how it was decided.
+        multiplexor_value: Value of the message's multiplexor with which it is sent; None for always.
     """
 
     can_id: int
@@ -82,31 +86,34 @@ class LearnedSignal:
     bits: int
     length: int
     is_big_endian: bool
-    boundaries: float
+    boundaries_probability: float
     kind: SignalKind
     kind_probability: float
     signed: bool | None
-    turn: int
+    counter_range: int
     name: str
     time: NDArray[np.float64]
     raw: NDArray[np.uint64]
     reasons: tuple[str, ...] = field(default=())
-    switch: int | None = None
+    multiplexor_value: int | None = None
 
     @property
     def is_sure(self) -> bool:
         """Whether boundaries and kind are reported as sure."""
-        return self.kind != "cannot tell" and self.boundaries * self.kind_probability >= SURE_PROBABILITY
+        return (
+            self.kind != "cannot tell"
+            and self.boundaries_probability * self.kind_probability >= SURE_PROBABILITY
+        )
 
     @property
     def label(self) -> str:
         """A name that is unique in the log."""
         identifier = f"{self.can_id:08X}" if self.is_extended else f"{self.can_id:03X}"
-        switch = "" if self.switch is None else f".m{self.switch}"
-        return f"{identifier}.{self.start}.{self.bits}{'b' if self.is_big_endian else ''}{switch}"
+        multiplexed = "" if self.multiplexor_value is None else f".m{self.multiplexor_value}"
+        return f"{identifier}.{self.start}.{self.bits}{'b' if self.is_big_endian else ''}{multiplexed}"
 
     def values(self) -> NDArray[np.float64]:
-        """Return its values with their sign, shape `(N,)`."""
+        """Return its values as signed, unsigned or floating-point numbers, shape `(N,)`."""
         if self.kind == "float":
             return self.raw.astype(np.uint32).view(np.float32).astype(np.float64)
         if self.signed:
@@ -114,26 +121,26 @@ class LearnedSignal:
         return self.raw.astype(np.float64)
 
     def unwrapped(self) -> NDArray[np.float64]:
-        """Return its values from the first on, unwrapped by the smallest steps, shape `(N,)`."""
+        """Return its values without the jumps where a counter wraps, shape `(N,)`."""
         if self.kind == "float":
             return self.values()
         step = to_signed(np.diff(self.raw), self.bits)
-        if self.turn:
-            step = (step + self.turn // 2) % self.turn - self.turn // 2
+        if self.counter_range:
+            step = (step + self.counter_range // 2) % self.counter_range - self.counter_range // 2
         start = float(to_signed(self.raw[:1], self.bits)[0]) if self.signed else float(self.raw[0])
         return start + np.concatenate(([0.0], np.cumsum(step.astype(np.float64))))
 
-    def says(self, *reasons: str, **changes: Any) -> LearnedSignal:  # noqa: ANN401  # its fields
-        """Return it with more reasons, and with other fields where they are given."""
+    def with_reasons(self, *reasons: str, **changes: Any) -> LearnedSignal:  # noqa: ANN401  # its fields
+        """Return a copy with additional reasons and changed attributes."""
         return replace(self, reasons=(*self.reasons, *reasons), **changes)
 
 
 def learn_signals(message: Message, known: Sequence[Signal] = ()) -> tuple[LearnedSignal, ...]:
-    """Return the signals of a message.
+    """Return the signals of a message: those of `known` if given, else those of its most probable layout.
 
     Args:
         message: The message.
-        known: Its fields as SDO traffic showed them; where they do not fill it, the rest is left out.
+        known: Its fields by the mapping in SDO traffic; the bytes behind the last one are left out.
     """
     if known:
         return tuple(
@@ -142,17 +149,18 @@ def learn_signals(message: Message, known: Sequence[Signal] = ()) -> tuple[Learn
             if mapped.start_bit + mapped.bits <= 8 * message.data.shape[1]
         )
     is_canopen = message.node > 0
-    big_endian = priors.BIG_ENDIAN if is_canopen else priors.BIG_ENDIAN_ELSEWHERE
-    packed = priors.PACKED if is_canopen else priors.PACKED_ELSEWHERE
+    big_endian_prior = priors.BIG_ENDIAN if is_canopen else priors.BIG_ENDIAN_ELSEWHERE
+    packed_prior = priors.PACKED if is_canopen else priors.PACKED_ELSEWHERE
     part = _most_active_frames(message.data)
-    layout = find_layout(part, direction=message.direction, big_endian=big_endian, packed=packed)
-    switched = find_multiplexor(part, layout, message.direction, big_endian, packed)
-    if switched is None:
+    layout = find_layout(
+        part, direction=message.direction, big_endian_prior=big_endian_prior, packed_prior=packed_prior
+    )
+    multiplexed = find_multiplexor(part, layout, message.direction, big_endian_prior, packed_prior)
+    if multiplexed is None:
         return _signals(message, layout)
-    switch = _multiplexor(message, switched)
-    learned = [switch]
-    for value, parts in switched.layouts.items():
-        rows = np.flatnonzero(message.data[:, switched.start // 8] == value)
+    learned = [_multiplexor(message, multiplexed)]
+    for value, parts in multiplexed.layouts.items():
+        rows = np.flatnonzero(message.data[:, multiplexed.start // 8] == value)
         for first, last, part_layout in parts:
             part_of = replace(message, time=message.time[rows], data=message.data[rows, first:last])
             learned += [
@@ -161,15 +169,15 @@ def learn_signals(message: Message, known: Sequence[Signal] = ()) -> tuple[Learn
     return tuple(learned)
 
 
-def _moved(signal: LearnedSignal, switch: int, first: int, last: int, message: Message) -> LearnedSignal:
-    """Return a signal of some bytes of a message as one of the whole message."""
+def _moved(signal: LearnedSignal, value: int, first: int, last: int, message: Message) -> LearnedSignal:
+    """Return a multiplexed signal of the bytes `first` to `last` - 1 with its start in the whole message."""
     length = message.data.shape[1]
     skipped = length - last if signal.is_big_endian else first
-    return replace(signal, switch=switch, start=signal.start + 8 * skipped, length=length)
+    return replace(signal, multiplexor_value=value, start=signal.start + 8 * skipped, length=length)
 
 
 def _signals(message: Message, layout: Layout) -> tuple[LearnedSignal, ...]:
-    order = max(layout.big_endian, 1.0 - layout.big_endian)
+    order = max(layout.big_endian_probability, 1.0 - layout.big_endian_probability)
     fields = _merged(layout.fields)
     following = [*(layout_field.bits if _is_constant(layout_field) else 0 for layout_field in fields[1:]), 0]
     return tuple(
@@ -181,15 +189,15 @@ def _signals(message: Message, layout: Layout) -> tuple[LearnedSignal, ...]:
 def _multiplexor(message: Message, learned: Multiplexed) -> LearnedSignal:
     raw = _column(message, learned.start, 8, is_big_endian=False)
     values = ", ".join(map(str, learned.layouts))
-    return _blank(message, learned.start, 8, raw).says(
-        f"the other bytes are described more shortly by its values {values}",
+    return _blank(message, learned.start, 8, raw).with_reasons(
+        f"the description of the other bytes is shorter if it depends on its values {values}",
         kind="multiplexor",
         kind_probability=SURE_PROBABILITY,
     )
 
 
 def _most_active_frames(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the frames for learning a layout: those of the interval with most changes, or all."""
+    """Return the frames from which a layout is learned: the part with the most changes, or all."""
     if len(data) <= MAX_LAYOUT_FRAMES:
         return data
     moving = np.bitwise_or.reduce(data ^ data[0])
@@ -200,7 +208,7 @@ def _most_active_frames(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _merged(fields: Sequence[Field]) -> list[Field]:
-    """Return the fields with neighbouring constant ones merged."""
+    """Return the fields with neighbouring constant fields merged."""
     merged: list[Field] = []
     for layout_field in fields:
         if merged and _is_constant(layout_field) and _is_constant(merged[-1]):
@@ -216,9 +224,10 @@ def _merged(fields: Sequence[Field]) -> list[Field]:
 
 
 def _width_is_open(raw: NDArray[np.uint64], bits: int, spare: int) -> bool:
-    """Return whether another width of CiA 301's types reads the same: the bits between never changed.
+    """Return whether the number has the same values with another width of `WIDTHS`.
 
-    A number that wrapped within its bits, with the bits behind them at rest, has no more of them.
+    It may be narrower if its upper bits never changed, and wider if the `spare` bits above it never changed
+    while it did not wrap.
     """
     moved = int(np.bitwise_or.reduce(raw ^ raw[0])).bit_length()
     if any(moved <= width < bits for width in WIDTHS):
@@ -237,7 +246,14 @@ def _column(message: Message, start: int, bits: int, *, is_big_endian: bool) -> 
 
 
 def _signal(message: Message, layout_field: Field, order: float, spare: int) -> LearnedSignal:
-    """Return the signal of a field, behind which so many bits never change."""
+    """Return the signal of a field.
+
+    Args:
+        message: The message.
+        layout_field: The field.
+        order: Probability of its byte order [0 to 1].
+        spare: Number of bits above the field that never change.
+    """
     raw = _column(message, layout_field.start, layout_field.bits, is_big_endian=layout_field.is_big_endian)
     kinds = _kinds(layout_field.readings)
     kind = max(kinds, key=lambda name: kinds[name])
@@ -245,12 +261,15 @@ def _signal(message: Message, layout_field: Field, order: float, spare: int) -> 
         _blank(message, layout_field.start, layout_field.bits, raw), is_big_endian=layout_field.is_big_endian
     )
     if kind == "constant":
-        return signal.says(
-            _constant_reason(raw), kind="constant", kind_probability=1.0, boundaries=layout_field.probability
+        return signal.with_reasons(
+            _constant_reason(raw),
+            kind="constant",
+            kind_probability=1.0,
+            boundaries_probability=layout_field.probability,
         )
-    signal = signal.says(
+    signal = signal.with_reasons(
         *_layout_reasons(layout_field, kinds, order),
-        boundaries=min(
+        boundaries_probability=min(
             layout_field.probability * (order if layout_field.bits > 8 else 1.0),
             1.0
             if message.node and layout_field.start % 8 == 0 and layout_field.bits % 8 == 0
@@ -268,12 +287,12 @@ def _signal(message: Message, layout_field: Field, order: float, spare: int) -> 
 
 def _known_signal(message: Message, known: Signal) -> LearnedSignal:
     raw = _column(message, known.start_bit, known.bits, is_big_endian=False)
-    signal = _blank(message, known.start_bit, known.bits, raw).says(
-        "SDO traffic in the log wrote or read this mapping", name=known.name, boundaries=1.0
+    signal = _blank(message, known.start_bit, known.bits, raw).with_reasons(
+        "SDO traffic in the log wrote or read this mapping", name=known.name, boundaries_probability=1.0
     )
     if len(raw) == 0 or np.all(raw == raw[0]):
-        return signal.says(_constant_reason(raw), kind="constant", kind_probability=1.0)
-    weights = readings_of(raw, known.bits, message.direction)
+        return signal.with_reasons(_constant_reason(raw), kind="constant", kind_probability=1.0)
+    weights = reading_weights(raw, known.bits, message.direction)
     of_profile = profile_reading(known.name, known.bits)
     if known.is_float:
         weights = {("float", True): 0.0}
@@ -283,15 +302,15 @@ def _known_signal(message: Message, known: Signal) -> LearnedSignal:
     readings = {reading: 2.0 ** (weight - total) for reading, weight in weights.items()}
     kinds = _kinds(readings)
     kind = max(kinds, key=lambda name: kinds[name])
-    refined = _refined(signal.says(kind=kind, kind_probability=kinds[kind]), readings)
-    is_described = " " in known.name  # else no dictionary says its type
+    refined = _refined(signal.with_reasons(kind=kind, kind_probability=kinds[kind]), readings)
+    is_described = " " in known.name  # otherwise no object dictionary gave its type
     if of_profile is None:
         return replace(refined, signed=known.signed) if is_described else refined
     return replace(refined, kind=kind, signed=of_profile[1])
 
 
 def _kinds(readings: Mapping[Reading, float]) -> dict[Kind, float]:
-    """Return the probability of each kind, whatever its sign."""
+    """Return the probability of each kind, summed over its signs."""
     kinds: dict[Kind, float] = {}
     for (kind, _), share in readings.items():
         kinds[kind] = kinds.get(kind, 0.0) + share
@@ -301,20 +320,22 @@ def _kinds(readings: Mapping[Reading, float]) -> dict[Kind, float]:
 def _blank(message: Message, start: int, bits: int, raw: NDArray[np.uint64]) -> LearnedSignal:
     return LearnedSignal(
         message.can_id, message.is_extended, message.node, start, bits, message.data.shape[1],
-        is_big_endian=False, boundaries=1.0, kind="cannot tell", kind_probability=0.0, signed=None, turn=0,
-        name="", time=message.time, raw=raw,
+        is_big_endian=False, boundaries_probability=1.0, kind="cannot tell", kind_probability=0.0,
+        signed=None, counter_range=0, name="", time=message.time, raw=raw,
     )  # fmt: skip
 
 
 def _constant_reason(raw: NDArray[np.uint64]) -> str:
     value = int(raw[0]) if len(raw) else 0
-    return f"it was {value:X}h in all {len(raw)} frames, so that its parts and its kind are not identified"
+    return f"it was {value:X}h in all {len(raw)} frames, so that its fields and its kind are not identified"
 
 
 def _layout_reasons(layout_field: Field, kinds: Mapping[Kind, float], order: float) -> list[str]:
     last = layout_field.start + layout_field.bits - 1
     probability = f"P = {layout_field.probability:.3f}"
-    reasons = [f"bits {layout_field.start} to {last} are shortest together, {probability}"]
+    reasons = [
+        f"bits {layout_field.start} to {last} have the shortest description as one field, {probability}"
+    ]
     if layout_field.bits > 8:
         name = "big-endian" if layout_field.is_big_endian else "little-endian"
         reasons.append(f"{name}: P = {order:.3f}")
@@ -326,58 +347,62 @@ def _layout_reasons(layout_field: Field, kinds: Mapping[Kind, float], order: flo
 
 
 def _refined(signal: LearnedSignal, readings: Mapping[Reading, float]) -> LearnedSignal:
-    """Return a number refined to a counter, a time, or a number with its sign."""
+    """Return a number as a frame counter, as a time, or with its sign and range; other kinds as they are."""
     if signal.kind != "number":
         return signal
     code = number_code(signal.raw, signal.bits)
-    turn = code.turn if code.turn_odds > math.log2(1.0 / (1.0 - SURE_PROBABILITY)) else 0
-    signal = replace(signal, turn=turn)
+    is_range_sure = code.counter_range_odds > math.log2(1.0 / (1.0 - SURE_PROBABILITY))
+    signal = replace(signal, counter_range=code.counter_range if is_range_sure else 0)
     steady = _counter_or_time(signal)
     if steady is not None:
         return steady
     signs = {signed: share for (kind, signed), share in readings.items() if kind == "number"}
-    whole = sum(signs.values()) or 1.0
+    total = sum(signs.values()) or 1.0
     signed = max(signs, key=lambda sign: signs[sign]) if signs else None
-    share = signs.get(signed, 0.0) / whole
-    if signal.turn:
-        return signal.says(f"it starts again after {turn} counts", signed=False)
+    share = signs.get(signed, 0.0) / total
+    if signal.counter_range:
+        return signal.with_reasons(f"it starts again after {signal.counter_range} counts", signed=False)
     if share < SURE_PROBABILITY:
-        return signal.says("its sign is not identified: it crosses neither 0 nor the middle of its range")
+        return signal.with_reasons(
+            "its sign is not identified: it crosses neither 0 nor the middle of its range"
+        )
     where = "0" if signed else "the middle of its range"
-    return signal.says(f"it crosses {where} without a jump", signed=signed)
+    return signal.with_reasons(f"it crosses {where} without a jump", signed=signed)
 
 
 def _counter_or_time(signal: LearnedSignal) -> LearnedSignal | None:
     """Return a signal as a counter of frames or a time; None if it is neither."""
-    step = np.diff(signal.unwrapped())
+    value = signal.unwrapped()
+    step = np.diff(value)
     if len(step) < 8 or np.median(step) <= 0:
         return None
     median_step = float(np.median(step))
     same = float(np.mean(step == median_step))
-    passed = np.diff(signal.time)
-    median_interval = float(np.median(passed))  # a lost frame makes a pause, and no clock of a frame counter
-    is_regular = bool(np.median(np.abs(passed - median_interval)) < 0.01 * median_interval)
-    total = signal.unwrapped()
-    slope, offset = np.polyfit(signal.time - signal.time[0], total, 1)
-    rest = float(np.std(total - slope * (signal.time - signal.time[0]) - offset))
-    length = float(signal.time[-1] - signal.time[0])
-    if (
-        same >= MIN_SAME_STEP_SHARE
-        and median_step <= 16
-        and not (rest < 0.3 * median_step and not is_regular)
-    ):
-        return signal.says(
+    elapsed = signal.time - signal.time[0]
+    interval = np.diff(signal.time)
+    median_interval = float(np.median(interval))  # the median, because lost frames make long intervals
+    is_regular = bool(np.median(np.abs(interval - median_interval)) < 0.01 * median_interval)
+    slope, offset = np.polyfit(elapsed, value, 1)
+    residual = float(np.std(value - slope * elapsed - offset))
+    follows_time = (
+        residual < 0.3 * median_step and not is_regular
+    )  # at irregular intervals: a clock, no counter
+    if same >= MIN_SAME_STEP_SHARE and median_step <= MAX_COUNTER_STEP and not follows_time:
+        return signal.with_reasons(
             f"it grows by {median_step:.0f} from frame to frame, in {same:.1%} of them",
             kind="counter",
             signed=None,
         )
-    jitter = max(float(np.std(passed)), 1e-4)
-    is_clock = abs(slope) * jitter * 6 + 2.0 > rest and rest < MAX_CLOCK_ERROR * abs(slope) * length
+    jitter = max(float(np.std(interval)), 1e-4)
+    is_clock = abs(slope) * jitter * 6 + 2.0 > residual
+    is_clock &= residual < MAX_CLOCK_ERROR * abs(slope) * float(elapsed[-1])
     unit = (
         min((1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6), key=lambda rate: abs(np.log(slope / rate)))
         if slope > 0
         else 1.0
     )
     if is_clock and abs(slope / unit - 1.0) < 0.01:
-        return signal.says(f"it grows with the time, by {slope:.6g} a second", kind="time", signed=None)
+        return signal.with_reasons(
+            f"it grows in proportion to time, by {slope:.6g} per second", kind="time", signed=None
+        )
     return None

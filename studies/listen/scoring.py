@@ -103,14 +103,18 @@ def judged(truth, column, signals):
             for s in signals
             if s.kind != "constant" and s.start < truth.start + truth.bits and truth.start < s.start + s.bits
         ]
-        yield "sure and wrong" if any(s.boundaries >= SURE_PROBABILITY for s in touching) else "not sure"
+        yield (
+            "sure and wrong"
+            if any(s.boundaries_probability >= SURE_PROBABILITY for s in touching)
+            else "not sure"
+        )
         return
     yield "bounds"
     is_right_kind = hit.kind in SAME_KIND.get(truth.kind, {truth.kind})
     if is_right_kind:
         yield "kind"
     # Both signs read the same numbers where the highest bit was never set; a counter's differences always.
-    is_alike = not np.any(column >> np.uint64(truth.bits - 1)) or bool(hit.turn)
+    is_alike = not np.any(column >> np.uint64(truth.bits - 1)) or bool(hit.counter_range)
     has_sign = hit.kind in {"number", "counter", "time"} and not is_alike
     counts = truth.role.startswith("position") or bool({hit.kind, truth.kind} & {"counter", "time"})
     if has_sign and hit.signed is None and counts:

@@ -50,9 +50,9 @@ def test_a_counter_is_described_the_same_wherever_it_wraps():
 
 
 def test_a_counter_that_starts_again_before_its_bits_are_full_says_where():
-    assert number_code(column(np.arange(0, 90000, 37) % 3600), 32).turn == 3600
-    assert number_code(column(np.arange(0, 90000, 37) % 4096), 32).turn == 4096
-    assert number_code(column(np.arange(0, 90000, 37) % 65536), 16).turn == 0
+    assert number_code(column(np.arange(0, 90000, 37) % 3600), 32).counter_range == 3600
+    assert number_code(column(np.arange(0, 90000, 37) % 4096), 32).counter_range == 4096
+    assert number_code(column(np.arange(0, 90000, 37) % 65536), 16).counter_range == 0
 
 
 def test_one_number_of_two_bytes_is_shorter_than_its_bytes_and_two_numbers_are_shorter_alone():

@@ -36,7 +36,7 @@ def noisy(values, noise=0.8):
     return np.rint(values + RANDOM.normal(0, noise, N)).astype(np.int64)
 
 
-def test_a_position_and_a_speed_are_told_apart_at_their_boundary():
+def test_a_position_and_a_speed_are_separated_at_their_boundary():
     position = np.cumsum(noisy(SMOOTH / 20)) + 5_000_000
     fields, layout = found(packed((position, 4), (noisy(SMOOTH), 2)), direction="sent")
     assert [field[:3] for field in fields] == [(0, 32, "number"), (32, 16, "number")]
@@ -65,12 +65,12 @@ def test_the_control_word_is_recognised_where_a_device_receives_it():
 
 def test_a_big_endian_number_is_found_where_little_endian_is_not_a_rule():
     data = packed((noisy(SMOOTH + 9000), 2), (noisy(SMOOTH * 7), 2), order="big")
-    _, layout = found(data, big_endian=0.5)
-    assert layout.big_endian > SURE_PROBABILITY
+    _, layout = found(data, big_endian_prior=0.5)
+    assert layout.big_endian_probability > SURE_PROBABILITY
     assert [(each.start, each.bits) for each in layout.fields] == [(0, 16), (16, 16)]
 
 
-def test_a_float_is_told_from_an_integer():
+def test_a_float_is_distinguished_from_an_integer():
     value = (24.5 + 3.0 * np.sin(TIME / 9) + RANDOM.normal(0, 0.05, N)).astype("<f4")
     data = np.concatenate((value.view(np.uint8).reshape(N, 4), packed((noisy(SMOOTH * 99), 4))), axis=1)
     fields, _ = found(data, direction="sent")

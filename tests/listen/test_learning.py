@@ -31,7 +31,7 @@ def test_nodes_states_and_sync_are_those_of_the_log(robot_findings):
     assert network.sync_period == pytest.approx(PERIOD)
 
 
-def test_services_are_told_in_words():
+def test_services_are_reported_in_words():
     extra = [
         Frame(0.1, 0x705, b"\0"),
         Frame(0.2, 0x000, b"\x01\x00"),
@@ -48,13 +48,13 @@ def test_services_are_told_in_words():
     assert network.time_stamps == 1
 
 
-def test_a_pdo_after_each_sync_and_another_after_each_fifth_are_told(robot_findings):
+def test_a_pdo_after_each_sync_and_another_after_each_fifth_are_identified(robot_findings):
     sending = message_of(robot_findings, 0x185).sending
     assert (sending.cause, sending.every) == ("SYNC", 1)
     assert message_of(robot_findings, 0x286).sending.every == 5
 
 
-def test_a_timer_and_a_device_that_sends_changes_are_told_apart():
+def test_a_timer_and_a_device_that_sends_changes_are_distinguished():
     random = np.random.default_rng(0)
     time = np.arange(0, 40, 0.05) + random.normal(0, 0.0002, 800)
     value = np.floor(np.where(np.arange(800) % 200 < 100, np.arange(800) * 3, 0)).astype(int)
@@ -73,7 +73,7 @@ def test_position_speed_status_and_temperature_have_their_fields(robot_findings)
     assert fields == [(0, 16, "status word"), (16, 16, "number")]
 
 
-def test_the_sign_of_a_counter_that_passes_zero_stays_open_and_that_of_a_speed_is_told(robot_findings):
+def test_the_sign_of_a_counter_that_passes_zero_stays_open_and_that_of_a_speed_is_identified(robot_findings):
     position, speed = message_of(robot_findings, 0x185).signals
     assert (position.signed, speed.signed) == (None, True)
 
@@ -87,8 +87,8 @@ def test_wheels_their_direction_ratio_and_speeds_are_found(robot_findings):
     assert rates[0x185] == pytest.approx(100 * 2 * np.pi / 20000, rel=0.02)
 
 
-def test_a_turn_of_known_direction_tells_left_from_right(robot_findings):
-    assert robot_findings.kinematics.turns[0] - robot_findings.start == pytest.approx(12.0, abs=0.5)
+def test_a_turn_of_known_direction_identifies_left_and_right(robot_findings):
+    assert robot_findings.kinematics.turn_starts[0] - robot_findings.start == pytest.approx(12.0, abs=0.5)
     text = draft_vehicle(robot_findings, 250000, "left")
     first, second = text.split("[[encoder]]")[1:]
     assert '\nchannel = "a.left"' in first
@@ -98,7 +98,7 @@ def test_a_turn_of_known_direction_tells_left_from_right(robot_findings):
     assert '\nchannel = "a.right"' in draft_vehicle(robot_findings, None, "right").split("[[encoder]]")[1]
 
 
-def test_the_draft_leaves_open_what_nobody_told(robot_findings):
+def test_the_draft_comments_out_what_is_not_known(robot_findings):
     text = draft_vehicle(robot_findings, None, None)
     assert "# bitrate" in text
     assert '# channel = "a.left"' in text
@@ -126,7 +126,7 @@ def test_a_robot_that_only_turns_on_the_spot_may_be_one_that_drives_straight():
         rows += [Frame(t + 0.5, 0x700 + node, b"\5") for t in range(39)]
     kinematics = learn_bus(in_order(rows)).kinematics
     assert [wheel.side for wheel in kinematics.wheels] == [0, 1]
-    assert kinematics.turns == ()
+    assert kinematics.turn_starts == ()
 
 
 def test_cantools_reads_the_dbc_and_decodes_the_values(robot_findings):
@@ -160,7 +160,11 @@ def test_a_mapping_that_sdo_traffic_shows_counts_before_statistics():
     known = {0x185: (Signal("5.6064h Position actual value", 0, 32, signed=True), Signal("5.2099h", 32, 16))}
     findings = learn_bus(robot_log(), known)
     first, second = message_of(findings, 0x185).signals
-    assert (first.signed, first.boundaries, first.name) == (True, 1.0, "5.6064h Position actual value")
+    assert (first.signed, first.boundaries_probability, first.name) == (
+        True,
+        1.0,
+        "5.6064h Position actual value",
+    )
     assert (second.start, second.bits) == (32, 16)
     assert meanings_of(findings)[first.label].name == "Position_actual_value_0"
 
@@ -199,7 +203,7 @@ def test_the_report_fits_80_columns_and_says_why(robot_findings):
     lines = list(report_lines(robot_findings, meanings_of(robot_findings)))
     assert max(map(len, lines)) <= WIDTH
     text = " ".join(" ".join(lines).split())
-    assert "hold one ratio of their speeds" in text
+    assert "have a constant ratio" in text
     assert "whose differences are the same with any sign" in text
 
 
@@ -226,7 +230,7 @@ def test_a_multiplexor_is_found_with_what_it_switches_and_cantools_decodes_it():
         rows.append(Frame(0.02 * n, 0x185, body))
     rows += [Frame(t + 0.005, 0x705, b"\x05") for t in range(24)]
     findings = learn_bus(in_order(rows))
-    signals = {(s.switch, s.start, s.bits): s for s in message_of(findings, 0x185).signals}
+    signals = {(s.multiplexor_value, s.start, s.bits): s for s in message_of(findings, 0x185).signals}
     assert signals[None, 0, 8].kind == "multiplexor"
     assert {(2, 16, 16), (2, 8, 8)} <= set(signals)
     assert any(key[:2] == (1, 8) for key in signals)

@@ -42,7 +42,7 @@ def found(seed, order=(0, 1, 2, 3), joint_signs=(1, 1), nodes=(0, 0, 0, 0), rati
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_law_of_the_joints_tells_trucks_sides_and_which_is_in_front(seed):
+def test_the_kinematics_of_the_joints_identify_trucks_sides_and_which_is_in_front(seed):
     trucks = found(seed)
     assert trucks.pairing == ((0, 1), (2, 3))
     assert trucks.joints == (0, 1)
@@ -65,7 +65,7 @@ def test_mirrored_wheels_are_paired_all_the_same_and_driving_backwards_is_known_
     assert found(2, forward=0).front is None
 
 
-def test_trucks_that_turn_alike_are_not_told_apart_but_by_what_one_device_measures():
+def test_trucks_that_turn_alike_are_distinguished_only_by_what_one_device_measures():
     rates = drive(3)[0][[0, 1, 0, 1]]
     assert find_trucks(rates, (1, 1, 1, 1), (0, 0, 0, 0), (), 1).pairing is None
     assert find_trucks(rates, (1, 1, 1, 1), (5, 5, 7, 7), (), 1).pairing == ((0, 1), (2, 3))
