@@ -4,10 +4,10 @@ from omnimate.vehicle.errors import OmnimateError
 
 
 class FleetError(OmnimateError):
-    """A store, results or a request that the daily run cannot go on with.
+    """A store, results or a request that the daily run cannot process.
 
     Attributes:
-        source: Store, file or robot that the problem is in.
+        source: Store, file or robot with the problem.
     """
 
     def __init__(self, source: object, problem: str) -> None:

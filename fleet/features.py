@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
-MIN_SEGMENTS = 2  # of a recording, from which on it says something of its robot
-_JOINT_SIGMAS = slice(8, 10)  # of both joints in `SlowParameters.sigma`
+MIN_SEGMENTS = 2  # segments of a recording that are needed to estimate its robot's parameters
+_JOINT_SIGMAS = slice(8, 10)  # columns of `SlowParameters.sigma` for joint_a and joint_b
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +27,8 @@ class Joints:
     """Biases of the joints' encoders.
 
     Attributes:
-        bias: Of joint_a and joint_b [rad], `(2,)`; `(0,)` for a robot without a linkage.
-        sigma: Standard deviations [rad], likewise.
+        bias: Biases of joint_a and joint_b [rad], `(2,)`; `(0,)` for a robot without a linkage.
+        sigma: Their standard deviations [rad], of the same shape.
     """
 
     bias: Array
@@ -47,8 +47,8 @@ class RecordingFeatures:
         kind: Type of the robot.
         day: Date, YYYY-MM-DD.
         segments: Its segments, `MIN_SEGMENTS` or more.
-        crossings: The cells that these cross.
-        joints: Of its linkage.
+        crossings: The cells that the segments cross.
+        joints: Biases of its joints' encoders.
         floor: Name of the floor; "" for the only one.
     """
 
@@ -62,7 +62,7 @@ class RecordingFeatures:
 
 
 def estimate_joints(recording: Recording) -> Joints:
-    """Return the biases that the filter estimates; none for a robot without a linkage.
+    """Return the biases of the joints' encoders by the IPEC filter; `NO_JOINTS` without a linkage.
 
     Raises:
         LinkageChannelError: A channel of the linkage was never read, or was frozen.
@@ -74,7 +74,7 @@ def estimate_joints(recording: Recording) -> Joints:
 
 
 def name_kind(vehicle: VehicleParameters) -> str:
-    """Return the type of a robot: those of one size, with or without a linkage."""
+    """Return the type of a robot: wheelbase, mean wheel diameter, and length of a linkage, in words."""
     truck = vehicle.trucks["a"]
     mean = 0.5 * (truck.wheel_diameter_left + truck.wheel_diameter_right)
     linkage = "" if vehicle.linkage is None else f", link {vehicle.linkage.length:.1f} m"
@@ -89,7 +89,7 @@ def segment_columns(segments: Segments) -> dict[str, Any]:
         "time": segments.time,
         "residual": segments.residual.tolist(),
         "jacobian": segments.jacobian.reshape(count, 9).tolist(),
-        "rough": segments.rough.reshape(count, 9).tolist(),
+        "rough": segments.unit_covariance.reshape(count, 9).tolist(),
         "lever": segments.lever.tolist(),
         "sigma": segments.sigma.reshape(count, 6).tolist(),
         "follows": segments.follows,
@@ -112,7 +112,7 @@ def crossing_columns(crossings: Crossings) -> dict[str, Any]:
 def features_from_tables(
     row: Mapping[str, Any], ways: Mapping[str, Any], crossed: Mapping[str, Any], numbers: Mapping[str, Any]
 ) -> RecordingFeatures | None:
-    """Return the features that a recording's tables hold; None where it has too few segments.
+    """Return the features in a recording's tables; None if it has fewer than `MIN_SEGMENTS` segments.
 
     Args:
         row: Its row of `recordings`, with `robot` and `day` of its partition.

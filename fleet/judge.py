@@ -27,9 +27,11 @@ if TYPE_CHECKING:
     from omnimate.fleet.report import BadPlace
     from omnimate.vehicle.se2 import Array
 
-FLOOR_DAYS = 7  # days whose recordings show the floor: a place that is mended is gone after a week
-HISTORY_DAYS = 30  # days of a robot's history
-REPEATS = 3  # recordings in a row with the same mismatch by triage, from which on the robot is named
+FLOOR_DAYS = (
+    7  # [days] whose recordings are used for the floor: a repaired place is no longer reported after them
+)
+HISTORY_DAYS = 30  # [days] of a robot's history
+MIN_REPEATS = 3  # consecutive recordings with the same mismatch by triage, for which the robot is reported
 
 
 def judge_day(
@@ -40,12 +42,12 @@ def judge_day(
     """Judge all robots and the floors from the results, and write the report into these.
 
     Args:
-        files: The results.
+        files: The results of the batch, into which the report is written.
         day: Date of the report, YYYY-MM-DD; that of the last recordings by default.
-        progress: Called with how many recordings are read, and of how many.
+        progress: Called with (recordings read, number of recordings).
 
     Raises:
-        FleetError: There are no results, or none of them has poses.
+        FleetError: There are no results of that day, or no recording has two absolute poses.
     """
     paths = files.glob("recordings/robot=*/day=*/*.parquet")
     days = sorted({_partition(path)["day"] for path in paths})
@@ -71,7 +73,12 @@ def judge_day(
 
 
 def read_results(files: Files, path: str) -> tuple[dict[str, Any], RecordingFeatures | None]:
-    """Return the row in `recordings` of a path, with robot and day, and the features that belong to it."""
+    """Return the row of one recording with its robot and day, and its features; None without enough segments.
+
+    Args:
+        files: The results.
+        path: Path of the recording's file in the table `recordings`.
+    """
     row = decode_rows(files.read(path))[0] | _partition(path)
     ways, crossed, numbers = (
         decode_columns(files.read(path.replace("recordings/", f"{table}/", 1)))
@@ -86,13 +93,13 @@ def make_report(
     features: Sequence[RecordingFeatures],
     known: Sequence[BadPlace],
 ) -> DailyReport:
-    """Return the report of a day: each floor's places from the last week's recordings, then robots from all.
+    """Return the report of a day: places from the recordings of a week, robots from all recordings.
 
     Args:
         day: The date, YYYY-MM-DD.
         rows: Rows of `recordings` up to that day, with `robot` and `day`, in order of time for each robot.
-        features: Of the recordings among these that have enough segments.
-        known: Bad places of the report before.
+        features: Features of those of these recordings that have enough segments.
+        known: Bad places of the previous report.
     """
     week = _days_before(day, FLOOR_DAYS)
     by_floor: dict[str, list[RecordingFeatures]] = {}
@@ -132,30 +139,30 @@ def make_report(
 
 
 def find_repeated_mismatches(rows: Sequence[Mapping[str, Any]], faulty: set[str]) -> list[RepeatedMismatch]:
-    """Return robots whose last recordings all have the same mismatch by triage, and which are not faulty."""
+    """Return robots that are not faulty, and whose last recordings have the same mismatch by triage."""
     by_robot: dict[str, list[Mapping[str, Any]]] = {}
     for row in rows:
         by_robot.setdefault(row["robot"], []).append(row)
     repeated = []
     for robot, recordings in sorted(by_robot.items()):
-        last = recordings[-REPEATS:]
-        found = {(row["triage"], row["effect"], row["component"]) for row in last}
-        triage, effect, component = found.pop()
+        last = recordings[-MIN_REPEATS:]
+        results = {(row["triage"], row["effect"], row["component"]) for row in last}
+        triage, effect, component = results.pop()
         is_named = triage == "mismatch" and effect is not None and component is not None
-        if not found and len(last) == REPEATS and is_named and robot not in faulty:
+        if not results and len(last) == MIN_REPEATS and is_named and robot not in faulty:
             repeated.append(RepeatedMismatch(robot, effect, component, last[0]["day"]))
     return repeated
 
 
 def _count_cells(recordings: Sequence[RecordingFeatures]) -> Array:
-    """Return the cells that recordings go over: x and y [m] and how many segments, `(N, 3)`."""
+    """Return the cells that recordings cross: x and y [m] and the number of segments over each, `(N, 3)`."""
     cells = np.concatenate([recording.crossings.cell for recording in recordings])
     unique, counts = np.unique(cells, axis=0, return_counts=True)
     return np.column_stack([CELL * unique, counts])
 
 
 def _days_before(day: str, count: int) -> str:
-    """Return the first of some days that end with a day."""
+    """Return the first of `count` days of which `day` is the last."""
     return (date.fromisoformat(day) - timedelta(days=count - 1)).isoformat()
 
 

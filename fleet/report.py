@@ -19,29 +19,29 @@ if TYPE_CHECKING:
 RobotState = Literal["fine", "drift", "sick"]
 Shape = Literal["step", "ramp"]
 PlaceEffect = Literal["loss", "creep"]
-MIN_SEPARATION = 2.0  # [m] from a place that stands out more, at which another one may be found
-# Logarithm of the e-value from which on a robot is said to drift: at most one healthy robot in twenty reaches
-# it (Markov's inequality; an e-value's mean is at most 1).
-DRIFT = math.log(20.0)
+MIN_SEPARATION = 2.0  # [m] between a bad place and a stronger one (assumption)
+# Logarithm of the e-value from which a robot is reported as drifting. At most one healthy robot in twenty
+# reaches it (Markov's inequality: the mean of an e-value is at most 1).
+MIN_DRIFT_LOG_E = math.log(20.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """The likeliest change in a robot's history.
+    """The most probable change in a robot's history.
 
     Attributes:
         robot: Name of the robot.
         kind: Type of the robot.
-        log_e: Logarithm of the e-value of any change.
-        name: Number that changed most likely.
-        share: Probability of that number, given that one changed.
-        since: Date from which on, most likely.
-        earliest: Date before which it began with a probability below 5 %.
-        latest: Date after which it began with a probability below 5 %.
-        shape: A step, or a ramp.
+        log_e: Natural logarithm of the e-value of any change against none.
+        name: Name of the quantity that most probably changed, one of `PARAMETERS` or `JOINT_NUMBERS`.
+        share: Probability of that quantity, given that one changed [0 to 1].
+        since: Most probable date of its beginning, YYYY-MM-DD.
+        earliest: 5 % quantile of that date.
+        latest: 95 % quantile of that date.
+        shape: Step or ramp.
         size: Change until the last day [1 or rad].
-        sigma: Its standard deviation.
-        per_day: Change per day of a ramp; 0 for a step.
+        sigma: Its standard deviation [1 or rad].
+        per_day: Slope of a ramp [1/day or rad/day]; 0 for a step.
     """
 
     robot: str
@@ -63,17 +63,18 @@ class BadPlace:
     """A place of the floor where robots lose travel, or creep.
 
     Attributes:
-        effect: "loss" of a part of the travel, or "creep" per metre.
-        x: [m].
-        y: [m].
-        reach: Radius, [m].
-        covariance: Of x and y [m^2], `(2, 2)`.
-        size: Part lost, `(1,)`, or creep along x and y per metre, `(2,)` [1].
-        sigma: Standard deviations of the size.
-        gain: Twice the gain in log likelihood over no place there.
+        effect: "loss": wheels lose a part of their travel; "creep": trucks shift in one direction, in
+            proportion to travel.
+        x: X of its centre in the world frame [m].
+        y: Y of its centre [m].
+        reach: Its radius [m].
+        covariance: Covariance of x and y [m^2], `(2, 2)`.
+        size: Fraction of the travel that is lost, `(1,)`, or creep along x and y per metre, `(2,)` [1].
+        sigma: Standard deviations of `size`, of the same shape.
+        gain: Twice the log likelihood ratio of the place against none: chi-squared without a place.
         crossings: Number of segments over it.
-        floor: Name of the floor that it is on; "" for the only one.
-        edge: Standard deviation of its edge from crossing to crossing [half cells]; in no table.
+        floor: Name of its floor; "" for the only one.
+        edge: Standard deviation of its edge from crossing to crossing [half cells]; not stored.
     """
 
     effect: PlaceEffect
@@ -90,9 +91,9 @@ class BadPlace:
 
     @property
     def per_crossing(self) -> float:
-        """Travel lost, or crept, in a mean crossing [m]."""
+        """Travel lost, or shift by creep, in a crossing along the mean chord of the disc [m]."""
         size = float(np.hypot(*self.size) if len(self.size) == 2 else self.size[0])
-        return size * 0.5 * math.pi * self.reach  # the mean chord of a disc
+        return size * 0.5 * math.pi * self.reach  # mean chord of a disc: pi / 2 times its radius
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,9 +102,9 @@ class RepeatedMismatch:
 
     Attributes:
         robot: Name of the robot.
-        effect: Effect that comes closest.
-        component: On which.
-        since: Date of the first of the recordings in a row.
+        effect: Name of the effect that explains it best.
+        component: Component that the effect acts on.
+        since: Date of the first of these consecutive recordings, YYYY-MM-DD.
     """
 
     robot: str
@@ -117,8 +118,8 @@ class JudgedRobot:
     """A robot that was judged.
 
     Attributes:
-        change: The likeliest change in its history, also of a healthy robot.
-        repeated: The mismatch that triage repeats; None for none.
+        change: The most probable change in its history, even if that is not significant.
+        repeated: The mismatch that triage repeats; None if there is none.
         is_faulty: Whether it is among the report's faulty robots.
     """
 
@@ -128,10 +129,10 @@ class JudgedRobot:
 
     @property
     def state(self) -> RobotState:
-        """The robot's state: "sick" is faulty, "drift" may be so in a later report."""
+        """The robot's state: "sick" if it is faulty, "drift" if it may become so, else "fine"."""
         if self.is_faulty:
             return "sick"
-        return "drift" if self.repeated is not None or self.change.log_e >= DRIFT else "fine"
+        return "drift" if self.repeated is not None or self.change.log_e >= MIN_DRIFT_LOG_E else "fine"
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +142,7 @@ class FloorSummary:
     Attributes:
         floor: Its name; "" for the only one.
         recordings: Number of recordings within the week.
-        roughness: Of the floor outside its bad places [m/sqrt(m)].
+        roughness: Roughness outside its bad places [m/sqrt(m)].
     """
 
     floor: str
@@ -156,15 +157,16 @@ class DailyReport:
     Attributes:
         day: Date of the last recordings, YYYY-MM-DD.
         recordings: Number of recordings of that day.
-        failed: Those without results: robot, recording, why.
-        changes: The likeliest change of each robot, healthy or not.
-        faulty: Changes of the faulty robots, the clearest first.
-        repeated: Robots that are not faulty for which triage repeats the same mismatch.
-        places: Bad places of all floors, those of each floor together, the clearest first.
+        failed: Recordings without results, each as (robot, recording, reason).
+        changes: The most probable change of each robot, healthy or faulty.
+        faulty: Changes of the faulty robots, the most significant first.
+        repeated: Robots that are not faulty, for which triage repeats the same mismatch.
+        places: Bad places, by floor, the most significant of each floor first.
         floors: The floors, that with most recordings first.
-        histories: Of all robots; in a report that was read: none, `report_store.read_history` has them.
-        driven: Of each floor, cells that were driven over, x and y [m] and how often, `(N, 3)`; in a report
-            that was read: none, `report_store.read_floor` has them.
+        histories: Histories of all robots; empty in a report from `report_store.read_report`, where
+            `read_history` returns them.
+        driven: For each floor, the cells that were driven over: x and y [m] and number of segments, `(N, 3)`;
+            empty in a report from `read_report`, where `read_floor` returns them.
     """
 
     day: str
@@ -194,25 +196,25 @@ class DailyReport:
 
 
 def display_unit(name: str) -> tuple[float, str]:
-    """Return the factor by which a number is multiplied for display, and the unit of the product."""
+    """Return the factor by which a quantity is multiplied for display, and the unit of the product."""
     return (math.degrees(1.0), "degrees") if name in JOINT_NUMBERS else (100.0, "%")
 
 
 def format_onset(change: Change) -> str:
-    """Return since when, with the other days on which it may have begun."""
+    """Return the date since when, with its 5 % and 95 % quantiles if they differ."""
     if change.earliest == change.latest == change.since:
         return change.since
     return f"{change.since} ({change.earliest} to {change.latest})"
 
 
 def format_size(change: Change) -> str:
-    """Return by how much, with its 95 % interval, in % or degrees."""
+    """Return the size with its 95 % interval, in % or degrees."""
     factor, unit = display_unit(change.name)
     return f"{factor * change.size:+.3f} +- {1.96 * factor * change.sigma:.3f} {unit}"
 
 
 def format_rate(change: Change) -> str:
-    """Return how much worse it gets in a day."""
+    """Return the slope of a ramp per day in % or degrees; `no more` for a step."""
     factor, unit = display_unit(change.name)
     return f"{factor * change.per_day:+.3f} {unit}" if change.shape == "ramp" else "no more"
 
@@ -234,7 +236,7 @@ def describe_mismatch(mismatch: RepeatedMismatch) -> str:
 
 
 def describe_effect(place: BadPlace) -> str:
-    """Return the effect of a place, with the direction of a creep."""
+    """Return the effect of a place in words, with the direction of a creep."""
     if place.effect == "loss":
         return "travel is lost"
     return f"robots creep to {math.degrees(math.atan2(place.size[1], place.size[0])):.0f} degrees"

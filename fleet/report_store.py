@@ -1,7 +1,7 @@
 """The store of daily reports: a few small tables of each day, and one of each robot's history.
 
-A report is read without any recording's results. A robot's history is one file, which each daily run brings
-up to date: so it is read at once, however many recordings a store has.
+A report is read without the results of recordings. The history of a robot is one file, which each daily run
+updates, so that the time to read it does not grow with the number of recordings.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ _LATEST = "latest/night.parquet"
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """One number of a robot, day by day, without the effect of the floor.
+    """The values of one quantity of a robot, day by day, without the effect of the floor.
 
     Attributes:
-        name: Name of the number.
-        unit: "1", relative to vehicle.toml, or "rad".
+        name: Name of the quantity.
+        unit: "1" for a ratio to the value in vehicle.toml, less 1; or "rad".
         days: Dates, YYYY-MM-DD, `(D,)`.
         value: Values in that unit, `(D,)`.
         sigma: Their standard deviations, `(D,)`.
@@ -51,7 +51,7 @@ class Course:
 
 
 def write_report(files: Files, report: DailyReport) -> None:
-    """Write a report's tables, and bring the robots' histories up to date."""
+    """Write the tables of a report, and update the histories of the robots."""
     for history in report.histories:
         _update_history(files, history, report.day)
     faulty = {change.robot for change in report.faulty}
@@ -72,7 +72,7 @@ def write_report(files: Files, report: DailyReport) -> None:
             for x, y, count in cells.tolist()
         ],
         "floors": [asdict(floor) for floor in report.floors],
-        # the last one: where it is, all are
+        # Written last: if this table exists, the report is complete.
         "nights": [{"recordings": report.recordings, "roughness": report.roughness}],
     }
     for table, rows in tables.items():
@@ -88,7 +88,7 @@ def list_days(files: Files) -> list[str]:
 
 
 def find_latest_day(files: Files) -> str | None:
-    """Return the date of the latest report; None where there is none."""
+    """Return the date of the latest report, YYYY-MM-DD; None if there is none."""
     if not files.glob(_LATEST):
         return None
     day: str = decode_rows(files.read(_LATEST))[0]["day"]
@@ -99,7 +99,7 @@ def read_report(files: Files, day: str | None = None) -> DailyReport:
     """Return the report of a day, without histories and cells; the latest one by default.
 
     Raises:
-        FleetError: There is no report, or not of that day.
+        FleetError: There is no report, or none of that day.
     """
     chosen = day or find_latest_day(files)
     if chosen is None or not files.glob(_path("nights", chosen)):
@@ -122,7 +122,7 @@ def read_report(files: Files, day: str | None = None) -> DailyReport:
 
 
 def read_robot(files: Files, robot: str) -> JudgedRobot | None:
-    """Return a robot as of the latest report; None where that does not judge it."""
+    """Return a robot as judged in the latest report; None if it is not in it."""
     day = find_latest_day(files)
     if day is None:
         return None
@@ -137,7 +137,7 @@ def read_robot(files: Files, robot: str) -> JudgedRobot | None:
 
 
 def read_floor(files: Files, day: str, floor: str) -> Array:
-    """Return the cells of a floor that were driven over: x, y [m], how often, `(N, 3)`."""
+    """Return the cells of a floor that were driven over: x and y [m] and number of segments, `(N, 3)`."""
     columns = decode_columns(files.read(_path("floor", day)))
     cells = np.column_stack([columns["x"], columns["y"], columns["count"]])
     of_floor: Array = cells[np.array(columns["floor"], str) == floor]
@@ -145,7 +145,7 @@ def read_floor(files: Files, day: str, floor: str) -> Array:
 
 
 def read_history(files: Files, robot: str) -> list[Course]:
-    """Return a robot's numbers, day by day; none of a robot that is in no report."""
+    """Return the quantities of a robot, day by day; an empty list for a robot that is in no report."""
     path = _history_path(robot)
     if not files.glob(path):
         return []
@@ -160,13 +160,13 @@ def read_history(files: Files, robot: str) -> list[Course]:
 
 
 def read_places_before(files: Files, day: str) -> tuple[BadPlace, ...]:
-    """Return the places of the latest report before a day."""
+    """Return the bad places of the latest report before a day; an empty tuple if there is none."""
     before = [earlier for earlier in list_days(files) if earlier < day]
     return _read_places(files, before[0]) if before else ()
 
 
 def _update_history(files: Files, history: History, day: str) -> None:
-    """Replace the days of a history in its file; older days stay, and so do later ones."""
+    """Replace the days of a history in its file; earlier and later days are kept."""
     path = _history_path(history.robot)
     rows = [
         {

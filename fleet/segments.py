@@ -1,10 +1,10 @@
 """Segments of a recording between absolute poses, as small linear problems, and the cells that they cross.
 
-For each segment of a truck from one pose to the next: how far its odometry ends from the measured pose, and
-how this depends, to first order, on the robot's parameters, on the floor's roughness, and on travel that
-wheels lose anywhere. The drive is linearised along the likeliest path between both poses, not along
-odometry's, which may end half a metre from it: the floor's random walk (Chong & Kleeman, 1997) is conditioned
-on both ends.
+A segment is the drive of a truck from one pose to the next. Its residual is the measured pose at the end less
+that of odometry; it depends, to first order, on the robot's parameters, on the floor's roughness, and on
+travel that wheels lose in cells of the floor. The segment is linearised along the most probable path between
+both poses, not along odometry's, which may end half a metre from it: the random walk of the floor (Chong &
+Kleeman, 1997) is conditioned on both ends.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 PARAMETERS = ("left wheel", "right wheel", "wheelbase")  # ratios of true to nominal size, less 1 [1]
 JOINT_NUMBERS = ("joint_a", "joint_b")  # biases of the joints' encoders [rad]
 CELL = 0.25  # [m] side of a cell of the floor; cells lie on whole multiples of it
-MIN_SEGMENT = 2.0  # [m] of travel, below which a segment joins the next one
+MIN_SEGMENT = 2.0  # [m] of travel; a shorter segment is joined with the next one
 STEP_LENGTH = 0.05  # [m] of travel between the points of a path
 _LINEARISATIONS = 2  # a third one changes no residual by 0.1 mm on a floor of usual roughness
-# Where poses.csv states no standard deviation: of a good docking station [m, m, rad].
+# [m, m, rad] where poses.csv has no standard deviation: that of a good docking station (assumption).
 _DEFAULT_POSE_SIGMA = np.array([0.003, 0.003, 0.003])
 
 
@@ -45,9 +45,10 @@ class Segments:
         time: Time at the end of each segment [s], `(S,)`.
         residual: Measured pose at the end less odometry's from the pose at the start, in the world's frame
             [m, m, rad], `(S, 3)`.
-        jacobian: Its derivative by `PARAMETERS`, `(S, 3, 3)`.
-        rough: Its covariance for a roughness of 1 m/sqrt(m), `(S, 3, 3)`.
-        lever: End less start of the path [m], `(S, 2)`, by which an error of the first heading acts.
+        jacobian: Its derivative by `PARAMETERS` [m, m, rad], `(S, 3, 3)`.
+        unit_covariance: Its covariance for a roughness of 1 m/sqrt(m), `(S, 3, 3)`.
+        lever: End less start of the path [m], `(S, 2)`: an error of the first heading times this, turned by
+            90 degrees, is the error of the end.
         sigma: Standard deviations of the first and of the last pose [m, m, rad], `(S, 2, 3)`.
         follows: Whether the first pose of a segment is the last one of the segment before, `(S,)`.
     """
@@ -55,7 +56,7 @@ class Segments:
     time: Array
     residual: Array
     jacobian: Array
-    rough: Array
+    unit_covariance: Array
     lever: Array
     sigma: Array
     follows: NDArray[np.bool_]
@@ -66,15 +67,15 @@ class Segments:
     def covariance(self, roughness: float) -> Array:
         """Return the covariance of all residuals `(3 S, 3 S)` on a floor of a roughness [m/sqrt(m)].
 
-        Segments that follow each other share the error of the pose between them.
+        Consecutive segments share the error of the pose between them.
         """
         count = len(self)
         transport = lever_matrix(self.lever)
         first, last = (self.sigma[:, end, :, np.newaxis] ** 2 * np.eye(3) for end in (0, 1))
         blocks = np.zeros((count, 3, count, 3))
-        at = np.arange(count)
-        blocks[at, :, at, :] = (
-            roughness**2 * self.rough + transport @ first @ transport.transpose(0, 2, 1) + last
+        diagonal = np.arange(count)
+        blocks[diagonal, :, diagonal, :] = (
+            roughness**2 * self.unit_covariance + transport @ first @ transport.transpose(0, 2, 1) + last
         )
         after = np.flatnonzero(self.follows)
         shared = -last[after - 1] @ transport[after].transpose(0, 2, 1)
@@ -90,10 +91,10 @@ class Crossings:
     Attributes:
         segment: Number of the segment, `(K,)`.
         cell: Number of the cell along x and along y, `(K, 2)`.
-        loss: Derivative of the residual by the part of their travel that wheels lose in the cell
+        loss: Derivative of the residual by the fraction of their travel that wheels lose in the cell
             [m, m, rad], `(K, 3)`.
-        creep: Travel of the truck's middle over the cell [m], `(K,)`: derivative of the residual's x and y
-            by creep along x and y.
+        creep: Travel of the truck's middle over the cell [m], `(K,)`: derivative of the residual's x by creep
+            along x per metre, and of its y by creep along y.
     """
 
     segment: NDArray[np.int32]
@@ -102,7 +103,7 @@ class Crossings:
     creep: Array
 
     def rows(self, rows: NDArray[np.int64]) -> Crossings:
-        """Return some of the rows."""
+        """Return the rows with these numbers."""
         return Crossings(self.segment[rows], self.cell[rows], self.loss[rows], self.creep[rows])
 
 
@@ -127,21 +128,23 @@ def cut_segments(recording: Recording, truck: TruckName = "a") -> tuple[Segments
     for start, end in pairwise(chosen):
         if any(fixes.time[start] < cut <= fixes.time[end] for cut in cuts):
             continue
-        at = _choose_times(recording.time, travelled, fixes.time[start], fixes.time[end])
-        rolled = np.column_stack([np.diff(np.interp(at, recording.time, wheel)) for wheel in (left, right)])
-        row, path, gain = _linearise_segment(rolled, base, fixes.pose[[start, end]], sigma[[start, end]])
+        times = _choose_times(recording.time, travelled, fixes.time[start], fixes.time[end])
+        travel = np.column_stack(
+            [np.diff(np.interp(times, recording.time, wheel)) for wheel in (left, right)]
+        )
+        row, path, gain = _linearise_segment(travel, base, fixes.pose[[start, end]], sigma[[start, end]])
         rows.append(row)
-        crossed.append(_cross_cells(len(ends), rolled, base, path, gain))
+        crossed.append(_cross_cells(len(ends), travel, base, path, gain))
         ends.append((start, end))
     if not ends:
         return None
-    residual, jacobian, rough, lever = (np.array(column) for column in zip(*rows, strict=True))
+    residual, jacobian, unit_covariance, lever = (np.array(column) for column in zip(*rows, strict=True))
     starts, lasts = np.array(ends).T
     segments = Segments(
         fixes.time[lasts],
         residual,
         jacobian,
-        rough,
+        unit_covariance,
         lever,
         np.stack([sigma[starts], sigma[lasts]], axis=1),
         np.concatenate(([False], starts[1:] == lasts[:-1])),
@@ -151,7 +154,7 @@ def cut_segments(recording: Recording, truck: TruckName = "a") -> tuple[Segments
 
 
 def _poses_with_heading(recording: Recording, truck: TruckName) -> Poses | None:
-    """Return the whole poses of a truck within the recording's time; None where there are not two."""
+    """Return the poses of a truck with a heading, within the recording's time; None if fewer than two."""
     if recording.poses is None:
         return None
     poses = recording.poses.of(truck)
@@ -163,7 +166,7 @@ def _poses_with_heading(recording: Recording, truck: TruckName) -> Poses | None:
 
 
 def _choose_ends(travelled: Array) -> list[int]:
-    """Return the numbers of poses that lie at least `MIN_SEGMENT` of travel apart."""
+    """Return the numbers of poses with at least `MIN_SEGMENT` of travel between each and the next."""
     chosen = [0]
     for number, distance in enumerate(travelled.tolist()):
         if distance - travelled[chosen[-1]] >= MIN_SEGMENT:
@@ -179,49 +182,53 @@ def _choose_times(time: Array, travelled: Array, start: float, end: float) -> Ar
 
 
 def _linearise_segment(
-    rolled: Array, base: float, poses: Array, sigma: Array
+    travel: Array, base: float, poses: Array, sigma: Array
 ) -> tuple[tuple[Array, Array, Array, Array], Array, Array]:
-    """Return a row of `Segments` (residual, jacobian, rough, lever), the path, and the gain of its steps.
+    """Return a row of `Segments` (residual to lever), the path `(N + 1, 3)`, and the gain `(N, 3, 2)`.
+
+    The gain is the derivative of the end by the travel of both wheels in each step.
 
     Args:
-        rolled: Travel of the wheels in N steps [m], `(N, 2)`.
+        travel: Travel of the wheels in N steps [m], `(N, 2)`.
         base: Wheelbase [m].
         poses: Measured poses at both ends, `(2, 3)`.
         sigma: Their standard deviations, `(2, 3)`.
     """
-    variance = CONCRETE_ROUGHNESS**2 * np.abs(rolled)
-    slip = np.zeros_like(rolled)  # travel that the floor adds in each step, the likeliest
-    path, gain = np.empty((len(rolled) + 1, 3)), np.empty((len(rolled), 3, 2))
+    variance = CONCRETE_ROUGHNESS**2 * np.abs(travel)
+    slip = np.zeros_like(travel)  # most probable travel that the floor adds in each step [m]
+    path, gain = np.empty((len(travel) + 1, 3)), np.empty((len(travel), 3, 2))
     for _ in range(_LINEARISATIONS):
-        _linearise(rolled, slip, base, poses[0], path, gain)
-        rough = floor_covariance(gain, rolled).sum(axis=0)
+        _linearise(travel, slip, base, poses[0], path, gain)
+        unit_covariance = floor_covariance(gain, travel).sum(axis=0)
         lever = path[-1, :2] - path[0, :2]
         transport = lever_matrix(lever)
         covariance = (
-            CONCRETE_ROUGHNESS**2 * rough + (transport * sigma[0] ** 2) @ transport.T + np.diag(sigma[1] ** 2)
+            CONCRETE_ROUGHNESS**2 * unit_covariance
+            + (transport * sigma[0] ** 2) @ transport.T
+            + np.diag(sigma[1] ** 2)
         )
-        ended = poses[1] - path[-1]
-        ended[2] = float(wrap(ended[2]))
-        residual = ended + np.einsum("nij,nj->i", gain, slip)
+        end_error = poses[1] - path[-1]
+        end_error[2] = float(wrap(end_error[2]))
+        residual = end_error + np.einsum("nij,nj->i", gain, slip)
         slip = variance * np.einsum("nij,i->nj", gain, np.linalg.solve(covariance, residual))
-    turn = (rolled[:, 1] - rolled[:, 0]) / base
-    by_turn = 0.5 * base * (gain[:, :, 1] - gain[:, :, 0])
+    turn = (travel[:, 1] - travel[:, 0]) / base
+    turn_gain = 0.5 * base * (gain[:, :, 1] - gain[:, :, 0])
     jacobian = np.column_stack(
-        [gain[:, :, 0].T @ rolled[:, 0], gain[:, :, 1].T @ rolled[:, 1], -by_turn.T @ turn]
+        [gain[:, :, 0].T @ travel[:, 0], gain[:, :, 1].T @ travel[:, 1], -turn_gain.T @ turn]
     )
-    return (residual, jacobian, rough, lever), path, gain
+    return (residual, jacobian, unit_covariance, lever), path, gain
 
 
 def _cross_cells(
-    number: int, rolled: Array, base: float, path: Array, gain: Array
+    number: int, travel: Array, base: float, path: Array, gain: Array
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], Array, Array]:
     """Return the rows of `Crossings` of one segment, summed over the steps in each cell."""
     middle = 0.5 * (path[:-1] + path[1:])
     to_left = 0.5 * base * np.column_stack([-np.sin(middle[:, 2]), np.cos(middle[:, 2])])
     places = np.concatenate([middle[:, :2] + to_left, middle[:, :2] - to_left, middle[:, :2]])
-    values = np.zeros((3, len(rolled), 4))  # of left wheel, right wheel and middle: loss (3), creep
-    values[:2, :, :3] = -gain.transpose(2, 0, 1) * rolled.T[:, :, np.newaxis]
-    values[2, :, 3] = np.abs(rolled.mean(axis=1))
+    values = np.zeros((3, len(travel), 4))  # for left wheel, right wheel, middle: loss (3), creep
+    values[:2, :, :3] = -gain.transpose(2, 0, 1) * travel.T[:, :, np.newaxis]
+    values[2, :, 3] = np.abs(travel.mean(axis=1))
     cells, owner = np.unique(np.round(places / CELL).astype(np.int32), axis=0, return_inverse=True)
     sums = np.zeros((len(cells), 4))
     np.add.at(sums, owner.ravel(), values.reshape(-1, 4))
@@ -229,22 +236,22 @@ def _cross_cells(
 
 
 @compiled
-def _linearise(rolled: Array, slip: Array, base: float, start: Array, path: Array, gain: Array) -> None:
-    """Fill the likeliest path of a segment, and the derivative of its end by the wheels' travel.
+def _linearise(travel: Array, slip: Array, base: float, start: Array, path: Array, gain: Array) -> None:
+    """Fill the path of a segment, and the derivative of its end by the wheels' travel.
 
     Args:
-        rolled: Travel of the wheels in each step [m], `(N, 2)`.
-        slip: What the floor adds to it [m], `(N, 2)`.
+        travel: Travel of the wheels in each step, from the encoders [m], `(N, 2)`.
+        slip: Travel that the floor adds [m], `(N, 2)`.
         base: Wheelbase [m].
         start: First pose, `(3,)`.
         path: Filled with the poses between the steps, `(N + 1, 3)`.
         gain: Filled with the derivative of the end by the travel of both wheels, `(N, 3, 2)`.
     """
     path[0] = start
-    for step in range(len(rolled)):
+    for step in range(len(travel)):
         path[step + 1] = path[step]
-        roll(path[step + 1], rolled[step, 0] + slip[step, 0], rolled[step, 1] + slip[step, 1], base)
-    for step in range(len(rolled)):
+        roll(path[step + 1], travel[step, 0] + slip[step, 0], travel[step, 1] + slip[step, 1], base)
+    for step in range(len(travel)):
         x = path[-1, 0] - 0.5 * (path[step, 0] + path[step + 1, 0])
         y = path[-1, 1] - 0.5 * (path[step, 1] + path[step + 1, 1])
         heading = 0.5 * (path[step, 2] + path[step + 1, 2])

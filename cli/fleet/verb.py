@@ -80,7 +80,7 @@ def run(
         )
     say(f"{outcome.done} recordings processed, {outcome.known} known before")
     for stored, why in outcome.failed:
-        report_problem(f"{stored.place}/{stored.name}: {why}")
+        report_problem(f"{stored.partition}/{stored.name}: {why}")
 
 
 @app.command("report")

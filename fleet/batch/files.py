@@ -1,4 +1,4 @@
-"""Files of a store: in a folder, or wherever fsspec reaches, such as `s3://bucket/store`."""
+"""Files of a store: in a folder, or under a URL of fsspec, such as `s3://bucket/store`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Files(Protocol):
     url: str
 
     def glob(self, pattern: str) -> list[str]:
-        """Return the paths of files and folders that fit a pattern, in order; no hidden ones."""
+        """Return the paths of files and folders that match a pattern, sorted, without hidden ones."""
 
     def read(self, path: str) -> bytes:
         """Return a file's content."""
@@ -32,14 +32,14 @@ class Files(Protocol):
         """Replace a file's content in one step."""
 
     def delete(self, path: str) -> None:
-        """Delete a file that is there."""
+        """Delete a file if it exists."""
 
 
 def open_files(url: str) -> Files:
     """Return the files in a folder, or under a URL with `://`.
 
     Raises:
-        FleetError: fsspec, or what it needs for this URL, is not installed.
+        FleetError: fsspec, or a library that it needs for this URL, is not installed.
     """
     return RemoteFiles(url) if "://" in url else LocalFiles(Path(url))
 
@@ -57,8 +57,8 @@ class LocalFiles:
         self.url = str(root)
 
     def glob(self, pattern: str) -> list[str]:
-        """Return the paths that fit a pattern, in order; no hidden ones."""
-        # A path's own glob takes four times as long.
+        """Return the paths that match a pattern, sorted, without hidden ones."""
+        # `Path.glob` takes four times as long.
         return _visible(iglob(pattern, root_dir=self.root))  # noqa: PTH207
 
     def read(self, path: str) -> bytes:
@@ -72,12 +72,19 @@ class LocalFiles:
         write_bytes(target, content)
 
     def delete(self, path: str) -> None:
-        """Delete a file; another worker may have done so."""
+        """Delete a file if it exists."""
         (self.root / path).unlink(missing_ok=True)
 
 
 class RemoteFiles:
-    """Files under a URL of fsspec, whose writes are whole or not at all, as those of object stores are."""
+    """Files under a URL of fsspec whose writes are atomic, as those of object stores are.
+
+    Attributes:
+        url: The URL.
+
+    Raises:
+        FleetError: fsspec is not installed, or cannot open the URL.
+    """
 
     def __init__(self, url: str) -> None:
         self.url = url
@@ -93,7 +100,7 @@ class RemoteFiles:
         self._root = root.rstrip("/")
 
     def glob(self, pattern: str) -> list[str]:
-        """Return the paths that fit a pattern, in order; no hidden ones."""
+        """Return the paths that match a pattern, sorted, without hidden ones."""
         found: list[str] = self._system.glob(f"{self._root}/{pattern}")
         return _visible(path.rstrip("/")[len(self._root) + 1 :] for path in found)
 
@@ -109,11 +116,11 @@ class RemoteFiles:
         self._system.pipe_file(target, content)
 
     def delete(self, path: str) -> None:
-        """Delete a file; another worker may have done so."""
+        """Delete a file if it exists."""
         if self._system.exists(f"{self._root}/{path}"):
             self._system.rm_file(f"{self._root}/{path}")
 
 
 def _visible(paths: Iterable[str]) -> list[str]:
-    """Return paths in order, without hidden ones: those are half written."""
+    """Return the sorted paths without hidden ones, which are files that are being written."""
     return sorted(path for path in paths if not path.rpartition("/")[2].startswith("."))

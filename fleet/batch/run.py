@@ -1,7 +1,8 @@
 """The batch: all recordings of a store, in this process or by the workers of Dask.
 
-A result depends on its recording alone, is written whole, and is known by its key: workers may die at any
-moment, work may be done twice, and the batch may be started again; the results are the same.
+A result depends only on its recording and the software, is written in one step, and is identified by its key.
+A worker may therefore fail at any time, a recording may be processed twice, and the batch may be restarted;
+the results are the same.
 """
 
 from __future__ import annotations
@@ -22,18 +23,18 @@ if TYPE_CHECKING:
     from omnimate.fleet.batch.store import StoredRecording
     from omnimate.fleet.batch.work import Status
 
-RETRIES = 3  # of a recording whose work failed, by the files or by the death of its worker
-MEMORY = "1.5GiB"  # of one worker, which works on one recording at a time
+RETRIES = 3  # further attempts for a recording whose files could not be read, or whose worker ended
+MEMORY = "1.5GiB"  # memory limit of a worker, which processes one recording at a time
 
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """The processes that do the work.
+    """The processes of a batch.
 
     Attributes:
         jobs: Number of processes on this machine; 1 for this process alone.
         scheduler: Address of a Dask scheduler, such as `tcp://10.0.0.1:8786`; None for this machine.
-        memory: Memory of one worker on this machine, after which it is started anew.
+        memory: Memory limit of a worker on this machine; beyond it the worker is restarted.
     """
 
     jobs: int = 1
@@ -46,9 +47,9 @@ class BatchResult:
     """The outcome of a batch.
 
     Attributes:
-        done: Number of recordings worked on.
-        known: Number of recordings whose results were known.
-        failed: Recordings without results, and why.
+        done: Number of recordings that were processed.
+        known: Number of recordings whose results existed already.
+        failed: Recordings without results, each with the reason.
     """
 
     done: int
@@ -68,28 +69,26 @@ def run_batch(
     workers: Workers | None = None,
     progress: Callable[[int, int], object] = lambda _done, _total: None,
 ) -> BatchResult:
-    """Make the results of all recordings of a store that are not known yet.
+    """Process all recordings of a store whose results do not exist yet.
 
     Args:
         store: Folder or URL of the store.
         results: Folder or URL of the results.
         day: Date of the recordings, YYYY-MM-DD; None for all.
-        diagnosed: Whether the whole diagnosis is made where triage asks for it.
-        workers: The processes; this one alone by default.
-        progress: Called with how many recordings are through, and of how many.
+        diagnosed: Whether recordings with a mismatch by triage are diagnosed, too.
+        workers: The processes; by default this one alone.
+        progress: Called with (recordings processed, number of recordings).
 
     Raises:
         FleetError: The store has no recording, or a library is missing.
     """
     parquet_libraries()  # names a missing extra before anything is computed
     recordings = recordings_in(open_files(store), day or "*")
-    crew = workers or Workers()
-    here = crew.jobs == 1 and crew.scheduler is None
-    outcomes = (
-        _in_process(store, results, recordings, diagnosed)
-        if here
-        else _by_dask(store, results, recordings, diagnosed, crew)
-    )
+    workers = workers or Workers()
+    if workers.jobs == 1 and workers.scheduler is None:
+        outcomes = _in_process(store, results, recordings, diagnosed)
+    else:
+        outcomes = _by_dask(store, results, recordings, diagnosed, workers)
     counts, failed = {"done": 0, "known": 0}, []
     for number, (stored, status) in enumerate(outcomes, start=1):
         if isinstance(status, Exception):
@@ -107,15 +106,15 @@ def _in_process(
         try:
             yield stored, process_recording(store, results, stored, diagnosed=diagnosed)
         except FleetError:
-            raise  # of the call, not of the recording
-        except Exception as error:  # noqa: BLE001 -- the others go on
+            raise  # a problem of the call, such as a missing library, not of the recording
+        except Exception as error:  # noqa: BLE001 -- the other recordings are processed
             yield stored, error
 
 
 def _by_dask(
     store: str, results: str, recordings: Sequence[StoredRecording], diagnosed: bool, workers: Workers
 ) -> Iterator[Outcome]:
-    """Yield the outcome of each recording, in the order in which they end."""
+    """Yield the outcome of each recording, in the order of completion."""
     distributed = _distributed()
     with distributed.Client(**_cluster(workers)) as client:
         futures = {
@@ -130,7 +129,7 @@ def _by_dask(
 
 
 def _cluster(workers: Workers) -> dict[str, object]:
-    """Return how a client reaches its workers: those of a scheduler, or new processes on this machine."""
+    """Return the arguments of `distributed.Client`: the scheduler's address, or new local processes."""
     if workers.scheduler is not None:
         return {"address": workers.scheduler}
     return {
@@ -138,7 +137,7 @@ def _cluster(workers: Workers) -> dict[str, object]:
         "threads_per_worker": 1,
         "processes": True,
         "memory_limit": workers.memory,
-        "dashboard_address": "127.0.0.1:0",  # any free port: the nominal one may be taken
+        "dashboard_address": "127.0.0.1:0",  # any free port: the default one may be in use
         "silence_logs": logging.CRITICAL,  # errors are returned with their recordings
     }
 

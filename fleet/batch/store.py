@@ -1,4 +1,4 @@
-"""A store of recordings, `robot=NAME/day=DATE/RECORDING/`, and the key under which a result is known."""
+"""A store of recordings, `robot=NAME/day=DATE/RECORDING/`, and the key that identifies a result."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from omnimate.fleet.batch.files import Files
 
-RESULTS_FORMAT = 2  # number of the results' format; a larger one makes all results anew
+RESULTS_FORMAT = 2  # version of the results' format; another one makes all results outdated
 _FILES = (VEHICLE, LOG, f"{LOG}.gz", POSES, RUN)
 
 
@@ -30,7 +30,7 @@ class StoredRecording:
     Attributes:
         robot: Name of the robot.
         day: Date, YYYY-MM-DD.
-        name: Name of the recording, of one day.
+        name: Name of the recording, unique among those of the robot on this day.
     """
 
     robot: str
@@ -38,19 +38,19 @@ class StoredRecording:
     name: str
 
     @property
-    def place(self) -> str:
-        """The partition, in the store and among the results."""
+    def partition(self) -> str:
+        """Path of its partition, in the store and in each table of the results."""
         return f"robot={self.robot}/day={self.day}"
 
 
 def make_key(version: Mapping[str, str], *, diagnosed: bool) -> str:
-    """Return the key of a result, made with or without the whole diagnosis."""
+    """Return the key of a result, by the version from `folder_of`, and whether mismatches are diagnosed."""
     parts = version["recording_hash"], version["vehicle_hash"], version["tool"], str(diagnosed)
     return _hash("\n".join(parts).encode())[:16]
 
 
 def recordings_in(files: Files, day: str = "*") -> list[StoredRecording]:
-    """Return the recordings of a store, of all days or of one, in order.
+    """Return the recordings of a store, of all days or of one (YYYY-MM-DD), in the order of their paths.
 
     Raises:
         FleetError: There is none.
@@ -71,10 +71,13 @@ def recordings_in(files: Files, day: str = "*") -> list[StoredRecording]:
 
 @contextmanager
 def folder_of(files: Files, stored: StoredRecording) -> Iterator[tuple[Path, dict[str, str]]]:
-    """Give a recording as a folder on this machine, and the version of its results, in columns of these."""
+    """Yield a recording as a local folder, and the version of its results: hashes, and the software.
+
+    The keys of the version are columns of the table `recordings`.
+    """
     contents = {
         path.rpartition("/")[2]: files.read(path)
-        for path in files.glob(f"{stored.place}/{stored.name}/*")
+        for path in files.glob(f"{stored.partition}/{stored.name}/*")
         if path.rpartition("/")[2] in _FILES
     }
     recording = (name.encode() + content for name, content in contents.items() if name != VEHICLE)
@@ -84,10 +87,10 @@ def folder_of(files: Files, stored: StoredRecording) -> Iterator[tuple[Path, dic
         "tool": f"{__version__}+{RESULTS_FORMAT}",
     }
     if isinstance(files, LocalFiles):
-        yield files.root / stored.place / stored.name, version
+        yield files.root / stored.partition / stored.name, version
         return
-    with tempfile.TemporaryDirectory() as place:
-        folder = Path(place) / stored.name
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) / stored.name
         folder.mkdir()
         for name, content in contents.items():
             (folder / name).write_bytes(content)

@@ -1,6 +1,6 @@
-"""The results' tables: their columns, and their bytes as Parquet.
+"""The tables of the results: their columns, and their encoding as Parquet.
 
-Equal results are equal bytes: nothing in a file says when or where it was made.
+Equal results have equal bytes: a file contains neither the time nor the machine of its writing.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from omnimate.fleet.errors import FleetError
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-# Columns by table: type, and unit or meaning. `robot` and `day` are the partition, and stand in no file.
+# For each table its columns, each with type, and unit or meaning. `robot` and `day` are in the path only.
 TABLES: dict[str, dict[str, tuple[str, str]]] = {
     "recordings": {
         "recording": ("string", "name"),
@@ -134,7 +134,7 @@ TABLES: dict[str, dict[str, tuple[str, str]]] = {
 
 
 def encode_columns(table: str, columns: Mapping[str, Sequence[Any]]) -> bytes:
-    """Return the bytes of a table; `columns` has a list for each of its columns.
+    """Return the Parquet file of a table; `columns` has the values of each of its columns.
 
     Raises:
         FleetError: pyarrow is not installed.
@@ -153,12 +153,12 @@ def encode_columns(table: str, columns: Mapping[str, Sequence[Any]]) -> bytes:
 
 
 def encode_rows(table: str, rows: Sequence[Mapping[str, Any]]) -> bytes:
-    """Return the bytes of a table from its rows; keys that are no columns are left out."""
+    """Return the Parquet file of a table from its rows; keys that are no columns are ignored."""
     return encode_columns(table, {name: [row[name] for row in rows] for name in TABLES[table]})
 
 
 def decode_columns(content: bytes) -> dict[str, Any]:
-    """Return the columns of a table's bytes; lists stay lists, numbers become arrays."""
+    """Return the columns of a Parquet file: strings and lists as Python lists, others as NumPy arrays."""
     table = _decode(content)
     return {
         name: column.to_pylist() if _is_object(column) else column.to_numpy()
@@ -167,7 +167,7 @@ def decode_columns(content: bytes) -> dict[str, Any]:
 
 
 def decode_rows(content: bytes) -> list[dict[str, Any]]:
-    """Return the rows of a table's bytes, with plain Python's numbers."""
+    """Return the rows of a Parquet file as dictionaries of Python values."""
     rows: list[dict[str, Any]] = _decode(content).to_pylist()
     return rows
 
@@ -183,7 +183,7 @@ def _is_object(column: Any) -> bool:  # noqa: ANN401 -- likewise
 
 
 def _type(arrow: Any, kind: str) -> Any:  # noqa: ANN401 -- likewise
-    """Return pyarrow's type of a word of `TABLES`."""
+    """Return the pyarrow type for a type in `TABLES`, such as `double[3]`."""
     word, _, size = kind.partition("[")
     plain = {
         "string": arrow.string(),
@@ -198,7 +198,7 @@ def _type(arrow: Any, kind: str) -> Any:  # noqa: ANN401 -- likewise
 
 
 def parquet_libraries() -> tuple[Any, Any]:
-    """Return pyarrow and its module of Parquet, which have no types.
+    """Return the modules `pyarrow` and `pyarrow.parquet`, which have no type hints.
 
     Raises:
         FleetError: pyarrow is not installed.

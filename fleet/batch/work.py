@@ -1,4 +1,4 @@
-"""The work on one recording: its results as tables, written once, whole, and under their key."""
+"""Processing of one recording: its results as tables, written once, under their key."""
 
 from __future__ import annotations
 
@@ -42,22 +42,23 @@ if TYPE_CHECKING:
 Status = Literal["done", "known"]
 Columns = dict[str, Any]
 Number = tuple[str, str, float, float | None]  # name, unit, value and sigma of a row of `numbers`
-OF_RECORDINGS = ("crossings", "ways", "numbers", "recordings")  # the last one: where it is, all are
-# Part of a drive with a linkage that is diagnosed [s]. A linkage identifies both trucks at every sample, and
-# a diagnosis takes time and memory in proportion to these: five minutes take 20 to 90 s of processor time and
-# 2.7 GB, while what triage finds there, such as a joint of the floor, takes some seconds. A single truck is
-# observed at docks alone, which needs the whole drive, and takes a second or two.
+# Tables of a recording in the order of writing: if `recordings` exists, all others do.
+RECORDING_TABLES = ("crossings", "ways", "numbers", "recordings")
+# [s] part of a drive with a linkage that is diagnosed. The linkage observes both trucks in every sample, and
+# a diagnosis takes time and memory in proportion to the samples: five minutes take 20 to 90 s of processor
+# time and 2.7 GB, while a mismatch that triage finds, such as a joint of the floor, lasts some seconds. A
+# single truck is observed at docks only, so that its whole drive is diagnosed, which takes a second or two.
 DIAGNOSED_PART = 60.0
 
 
 def process_recording(store: str, results: str, stored: StoredRecording, *, diagnosed: bool) -> Status:
-    """Make the results of one recording, unless they are known.
+    """Write the results of one recording; return `known` if they exist already, else `done`.
 
     Args:
         store: Folder or URL of the store.
         results: Folder or URL of the results.
         stored: The recording.
-        diagnosed: Whether the whole diagnosis is made where triage asks for it.
+        diagnosed: Whether a recording with a mismatch by triage is diagnosed, too.
 
     Raises:
         FleetError: A library is missing.
@@ -70,7 +71,7 @@ def process_recording(store: str, results: str, stored: StoredRecording, *, diag
             return "known"
         tables = _make_tables(folder, diagnosed=diagnosed)
     tables["recordings"] |= {name: [value] for name, value in {"key": key, **version}.items()}
-    for table in OF_RECORDINGS:
+    for table in RECORDING_TABLES:
         count = len(next(iter(tables[table].values())))
         columns = {"recording": [stored.name] * count, **tables[table]}
         target.write(_path(table, stored, key), encode_columns(table, columns))
@@ -79,12 +80,12 @@ def process_recording(store: str, results: str, stored: StoredRecording, *, diag
 
 
 def _path(table: str, stored: StoredRecording, key: str) -> str:
-    return f"{table}/{stored.place}/{stored.name}-{key}.parquet"
+    return f"{table}/{stored.partition}/{stored.name}-{key}.parquet"
 
 
 def _delete_old_results(target: Files, stored: StoredRecording, key: str) -> None:
-    """Delete results of the same recording from before it, its vehicle or the software changed."""
-    for table in OF_RECORDINGS:
+    """Delete results of the same recording with other keys: of other data, vehicle.toml or software."""
+    for table in RECORDING_TABLES:
         for path in target.glob(_path(table, stored, "*")):
             if path != _path(table, stored, key):
                 target.delete(path)
@@ -95,8 +96,8 @@ def _empty(table: str) -> Columns:
 
 
 def _make_tables(folder: Path, *, diagnosed: bool) -> dict[str, Columns]:
-    """Return the tables of a recording; where it cannot be processed, one row that says why."""
-    tables = {table: _empty(table) for table in OF_RECORDINGS}
+    """Return the tables of a recording; if it cannot be processed, `recordings` has the reason in `error`."""
+    tables = {table: _empty(table) for table in RECORDING_TABLES}
     row: Columns = dict.fromkeys(tables["recordings"])
     try:
         recording = load_recording(folder)
@@ -126,7 +127,7 @@ def _describe_drive(recording: Recording) -> Columns:
 
 
 def _run_triage(recording: Recording, *, diagnosed: bool) -> Columns:
-    """Return the result of triage, and the whole diagnosis where it asks for it."""
+    """Return the columns of triage and, if it finds a mismatch and `diagnosed` is set, of the diagnosis."""
     answer = triage([recording])
     closest = answer.closest[0] if answer.closest else None
     diagnosis = None
@@ -146,17 +147,20 @@ def _run_triage(recording: Recording, *, diagnosed: bool) -> Columns:
 
 
 def diagnosed_part(recording: Recording, where: Where) -> Recording:
-    """Return the part to diagnose: around the first mismatch, or the middle where it is everywhere."""
+    """Return the part to diagnose: `DIAGNOSED_PART` around the first mismatch, without one around the middle.
+
+    A recording of a single truck, or a shorter one, is returned whole.
+    """
     first, last = float(recording.time[0]), float(recording.time[-1])
     if recording.vehicle.linkage is None or last - first <= DIAGNOSED_PART:
         return recording
-    seen = min(where.intervals, default=(first, last))
-    start = min(max(0.5 * (seen[0] + seen[1]) - 0.5 * DIAGNOSED_PART, first), last - DIAGNOSED_PART)
+    interval = min(where.intervals, default=(first, last))
+    start = min(max(0.5 * (interval[0] + interval[1]) - 0.5 * DIAGNOSED_PART, first), last - DIAGNOSED_PART)
     return _cut_recording(recording, start, start + DIAGNOSED_PART)
 
 
 def _cut_recording(recording: Recording, start: float, end: float) -> Recording:
-    """Return a recording from a time to another [s]: samples, poses, gaps and whole laps."""
+    """Return a recording from `start` to `end` [s]: samples and poses, and laps and gaps fully inside."""
     rows, poses, run = recording.between(start, end), recording.poses, recording.run
     if poses is not None:
         inside = (poses.time >= start) & (poses.time <= end)
@@ -176,7 +180,7 @@ def _cut_recording(recording: Recording, start: float, end: float) -> Recording:
 
 
 def _estimate_numbers(recording: Recording, evidence: Evidence | None) -> Columns:
-    """Return the numbers of a recording: parameters relative to the file, joints, and UMBmark of squares."""
+    """Return the table `numbers`: parameters relative to vehicle.toml, joint biases, and UMBmark errors."""
     rows: list[Number] = []
     if evidence is not None and len(evidence.residual) >= 3 * MIN_SEGMENTS:
         information, score = evidence.robot_information()
@@ -192,7 +196,7 @@ def _estimate_numbers(recording: Recording, evidence: Evidence | None) -> Column
 
 
 def _estimate_umbmark(recording: Recording) -> list[Number]:
-    """Return E_max,syst of each truck whose squares were driven in both directions with fixes around them."""
+    """Return E_max,syst (U) of each truck that drove squares in both directions with measured poses."""
     if recording.run is None or recording.run.side is None:
         return []
     rows: list[Number] = []

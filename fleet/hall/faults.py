@@ -1,4 +1,4 @@
-"""Faults of the hall's robots, sudden or gradual, and the rolling of faulty wheels."""
+"""Faults of the hall's robots, sudden or gradual, and the travel of faulty wheels."""
 
 import math
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from omnimate.vehicle.compiled import Array, compiled
 
 FaultKind = Literal["wheel_diameter", "wheelbase", "joint_bias", "wheel_eccentricity", "gear_backlash"]
 FAULTS: tuple[FaultKind, ...] = get_args(FaultKind)
-_GRADUAL = 10  # [days] in which a gradual fault grows
-# What is drawn: components of a single robot, of a two-truck one, and the smallest and largest size.
+_GROWTH_DAYS = 10  # [days] in which a gradual fault grows to its size, at most (assumption)
+# For each kind: components of a single-truck robot, of a two-truck robot, and range of the size. Assumptions.
 _RANGES: dict[FaultKind, tuple[tuple[str, ...], tuple[str, ...], float, float]] = {
     "wheel_diameter": (("a.left", "a.right"), ("a.left", "a.right"), 8e-4, 3e-3),
     "wheelbase": (("a",), ("a",), 1e-2, 4e-2),
@@ -28,11 +28,12 @@ class Fault:
     """One fault of a robot, from some day on.
 
     Attributes:
-        kind: Kind of the fault; the words are those of `docs/reference/diagnosis.md`.
-        component: Wheel, truck or joint.
+        kind: Kind of the fault, as in `docs/reference/diagnosis.md`.
+        component: Wheel, truck or joint, such as `a.left`, `a` or `joint_a`.
         day: First day of the fault, from 0.
-        size: Its size: a ratio's distance from 1 [1], an angle [rad], or an amplitude or play [m].
-        days: Days in which it grows from nothing to its size, in proportion to time; 0 for a sudden one.
+        size: Its size: relative change of a diameter or wheelbase [1], bias of a joint [rad], amplitude of
+            the rolling radius [m], or backlash as travel of the wheel [m].
+        days: Days in which it grows from 0 to its size, in proportion to time; 0 for a sudden one.
 
     Raises:
         SimulationError: The kind is not known.
@@ -57,7 +58,7 @@ class Fault:
 
 
 def draw_fault(kind: str, days: int, chance: np.random.Generator) -> Fault:
-    """Return a fault of a robot of a type, which begins on one of some days."""
+    """Return a random fault of a robot of a type (`TYPES`) in a simulation of `days` days."""
     column = 1 if kind == "train" else 0
     possible = [name for name, ranges in _RANGES.items() if ranges[column]]
     name = possible[int(chance.integers(len(possible)))]
@@ -67,7 +68,7 @@ def draw_fault(kind: str, days: int, chance: np.random.Generator) -> Fault:
         size = abs(size)
     first, last = max(1, days // 5), max(2, days - 5)
     day = int(chance.integers(first, last))
-    gradual = int(chance.integers(2)) * min(_GRADUAL, max(2, days // 3))
+    gradual = int(chance.integers(2)) * min(_GROWTH_DAYS, max(2, days // 3))
     return Fault(name, str(chance.choice(components)), day, float(size), gradual)
 
 
@@ -75,29 +76,29 @@ class WheelFaults:
     """Faults of wheels, and their state, in the order of `WHEELS`.
 
     Attributes:
-        amplitude: Amplitude of the rolling radius over a turn [m].
-        play: Whole play between motor and wheel, as travel of the wheel [m].
-        motor: Travel of the motor, at the wheel [m].
-        output: Travel of the wheel behind its play [m].
+        amplitude: Amplitude of the rolling radius over a turn of an eccentric wheel [m].
+        backlash: Backlash between motor and wheel, end to end, as travel of the wheel [m].
+        motor: Travel of the motor, as travel of the wheel without backlash [m].
+        output: Travel of the wheel [m].
     """
 
     amplitude: Annotated[Array, 4]
-    play: Annotated[Array, 4]
+    backlash: Annotated[Array, 4]
     motor: Annotated[Array, 4]
     output: Annotated[Array, 4]
 
 
 @compiled
 def apply_wheel_faults(wheels: WheelFaults, constants: Constants, state: State) -> None:
-    """Change the travel of wheels that run out of round, or behind a play, in this step."""
+    """Change the travel of eccentric wheels, and of wheels with backlash, in this step."""
     for wheel in range(2 * constants.trucks):
         if wheels.amplitude[wheel] != 0.0:
             state.travel[wheel] += (
                 wheels.amplitude[wheel] * math.cos(state.angle[wheel]) * state.turned[wheel]
             )
-        if wheels.play[wheel] != 0.0:
+        if wheels.backlash[wheel] != 0.0:
             wheels.motor[wheel] += state.travel[wheel]
-            half = 0.5 * wheels.play[wheel]
+            half = 0.5 * wheels.backlash[wheel]
             rolled = min(max(wheels.output[wheel], wheels.motor[wheel] - half), wheels.motor[wheel] + half)
             state.travel[wheel] = rolled - wheels.output[wheel]
             wheels.output[wheel] = rolled

@@ -1,4 +1,4 @@
-"""The hall: its floor, docks and robots, drawn by chance from one seed; its laps, and their store."""
+"""The hall: its floor, docks and robots, all random from one seed; its laps, and their store."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import tomli_w
 
 from omnimate.files.recordings.folder import save_recording
 from omnimate.fleet.hall.faults import draw_fault
-from omnimate.fleet.hall.lap import Errand, drive_lap
+from omnimate.fleet.hall.lap import LapTask, drive_lap
 from omnimate.fleet.hall.places import draw_places, place_records
 from omnimate.fleet.hall.robots import TYPES, HallRobot, draw_robot
 from omnimate.vcan_sim.errors import SimulationError
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
-TRUTH = "hall.toml"
+TRUTH_FILE = "hall.toml"
 DAY = 86400.0  # [s]
 FIRST_DAY = 1_772_409_600.0  # [s] 2026-03-02 00:00 UTC, a Monday
 _FIRST_LAP = 6.0 * 3600.0  # [s] after midnight, when the first lap begins
-_MARGIN = 1.5  # [m] that docks, points and places keep from the walls
-_STOP = 8.0  # [s] of a stop with its two turns, in addition to the drive
+_MARGIN = 1.5  # [m] distance of docks and places from the walls (assumption)
+_STOP = 8.0  # [s] of a stop at a dock with two turns on the spot, to estimate the time of a lap
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,12 +39,12 @@ class Hall:
     """A hall with its robots.
 
     Attributes:
-        length: Along x [m].
-        width: Along y [m].
-        docks: Docks: x [m], y [m] and heading [rad], `(M, 3)`.
+        length: Length along x [m].
+        width: Width along y [m].
+        docks: Poses of the docks: x [m], y [m] and heading [rad], `(M, 3)`.
         places: Bad places of the floor.
         robots: The robots.
-        seed: Of all that is drawn by chance.
+        seed: Seed of all random numbers.
     """
 
     length: float
@@ -67,24 +67,24 @@ def draw_hall(
     sync_period: float = 0.015,
     seed: int = 0,
 ) -> Hall:
-    """Return a hall.
+    """Return a random hall.
 
     Args:
         robots: Number of robots, of three types in turn.
         days: Number of days; faults begin after a fifth of them, and five days before their end.
-        faulty: Number of robots that become faulty, half of them gradually.
+        faulty: Number of robots that become faulty, each suddenly or gradually with equal probability.
         places: Number of bad places, of three kinds in turn.
         docks: Number of docks.
-        length: Of the hall, along x [m].
-        width: Of the hall, along y [m].
-        sync_period: Of all robots' buses [s].
-        seed: Of all that is drawn by chance.
+        length: Length of the hall along x [m].
+        width: Width of the hall along y [m].
+        sync_period: Period of SYNC on the bus of each robot [s].
+        seed: Seed of all random numbers.
 
     Raises:
         SimulationError: More robots become faulty than there are, or the bad places do not fit in.
     """
     if faulty > robots:
-        raise SimulationError(f"{faulty} faulty robots of {robots}; expected no more than there are")
+        raise SimulationError(f"{faulty} faulty robots of {robots}; expected at most as many as there are")
     chance = np.random.default_rng(seed)
     inside = np.array([length, width]) - 2.0 * _MARGIN
     positions = _MARGIN + inside * chance.uniform(size=(docks, 2))
@@ -107,28 +107,31 @@ def draw_hall(
 def hall_lap(
     hall: Hall, robot: HallRobot, day: int, lap: int, minutes: float, pose_period: float = 0.0
 ) -> Recording:
-    """Return the recording of a lap of a robot on a day, the same one whenever it is asked for.
+    """Return the recording of a lap of a robot on a day; the same arguments give the same recording.
 
     Args:
         hall: The hall.
         robot: One of its robots.
-        day: From 0.
-        lap: From 0.
-        minutes: Time that it takes, about [min].
-        pose_period: Time between readings of the pose [s]; 0 for docks alone.
+        day: Number of the day, from 0.
+        lap: Number of the lap on this day, from 0.
+        minutes: Approximate time of the lap [min].
+        pose_period: Time between measured poses [s]; 0 for poses at docks only.
+
+    Raises:
+        EndStopError: The linkage was driven to its end stop.
     """
     chance = np.random.default_rng((hall.seed, robot.seed, day, lap))
-    truth, wheels = robot.on(day, lap)
+    truth, wheels = robot.truth_on(day, lap)
     speed = 0.9 * robot.vehicle.limits.speed
     visits, time = [int(chance.integers(len(hall.docks)))], 0.0
     while time < 60.0 * minutes:
-        there = int(chance.integers(len(hall.docks) - 1))
-        visits.append(there + (there >= visits[-1]))
+        other = int(chance.integers(len(hall.docks) - 1))  # any dock but the last one
+        visits.append(other + (other >= visits[-1]))
         drive = hall.docks[visits[-1], :2] - hall.docks[visits[-2], :2]
         time += float(np.hypot(*drive)) / speed + _STOP
-    errand = Errand(truth, wheels, hall.docks[visits], speed, pose_period, int(chance.integers(2**31)))
+    task = LapTask(truth, wheels, hall.docks[visits], speed, pose_period, int(chance.integers(2**31)))
     start = FIRST_DAY + day * DAY + _FIRST_LAP + lap * 60.0 * (minutes + 2.0)
-    return drive_lap(robot.vehicle, errand, place_records(hall.places), start)
+    return drive_lap(robot.vehicle, task, place_records(hall.places), start)
 
 
 def write_store(
@@ -142,23 +145,23 @@ def write_store(
     compress: bool = True,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> int:
-    """Write the recordings of all robots on some days; return how many.
+    """Write the recordings of all robots on some days, and `hall.toml`; return the number of recordings.
 
     Args:
         hall: The hall.
-        store: Folder of the store; it is made where it is absent.
-        days: Days, from 0.
-        laps: Laps of each robot on each day.
-        minutes: Time of each lap, about [min].
-        pose_period: Time between readings of the pose [s]; 0 for docks alone.
+        store: Folder of the store; it is created if it does not exist.
+        days: Numbers of the days, from 0.
+        laps: Number of laps of each robot on each day.
+        minutes: Approximate time of each lap [min].
+        pose_period: Time between measured poses [s]; 0 for poses at docks only.
         compress: Whether logs are written as `can.log.gz`.
-        progress: Called with how many are written, and of how many.
+        progress: Called with (recordings written, number of recordings).
 
     Raises:
         RecordingError: A recording cannot be written.
     """
     store.mkdir(parents=True, exist_ok=True)
-    write_text(store / TRUTH, truth_text(hall))
+    write_text(store / TRUTH_FILE, truth_text(hall))
     total, done = len(days) * len(hall.robots) * laps, 0
     for day in days:
         for robot in hall.robots:
@@ -185,5 +188,5 @@ def truth_text(hall: Hall) -> str:
 
 
 def date_of(day: int) -> str:
-    """Return the date of a day of the hall, from 0."""
+    """Return the date, YYYY-MM-DD, of a day's number, from 0."""
     return f"{datetime.fromtimestamp(FIRST_DAY + day * DAY, UTC):%Y-%m-%d}"

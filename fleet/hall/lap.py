@@ -1,8 +1,8 @@
 """One lap of a robot through the hall: from dock to dock, as a recording.
 
-The robot drives from its odometry alone, which it sets to the pose that each dock measures, as in
-`omnimate.vcan_sim.simulate`; the stages of a step are the same compiled functions, with the hall's between
-them.
+The robot drives by its odometry, which is set to the measured pose at each dock. A step of the simulation
+calls the compiled functions of `omnimate.vcan_sim.simulate`, with those of the hall's places and faults
+between them.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.fleet.hall.faults import apply_wheel_faults
-from omnimate.fleet.hall.places import creep_on_slopes, lose_on_places
+from omnimate.fleet.hall.places import creep_on_slopes, lose_travel
 from omnimate.motion.journal import Journal
 from omnimate.motion.program import GOTO, WORLD, Program, Row, rest
 from omnimate.motion.runner import Runner
@@ -29,23 +29,24 @@ if TYPE_CHECKING:
     from omnimate.vcan_sim.truth import Truth
     from omnimate.vehicle.parameters import VehicleParameters
 
-DOCK_SIGMA = np.array([0.002, 0.002, 0.001])  # [m, m, rad] of a docking station's reading
-_START_SIGMA = np.array([0.02, 0.02, 0.01])  # [m, m, rad] of a robot's pose at its first dock
+DOCK_SIGMA = np.array([0.002, 0.002, 0.001])  # [m, m, rad] of a measured pose (assumption)
+_START_SIGMA = np.array([0.02, 0.02, 0.01])  # [m, m, rad] of the true pose at the first dock (assumption)
 _REST = 1.0  # [s] at a dock
-_BLOCK = 8192  # samples that are simulated at once
+_BLOCK = 8192  # samples by which the arrays grow
 
 
 @dataclass(frozen=True, slots=True)
-class Errand:
+class LapTask:
     """The task of a robot in one lap.
 
     Attributes:
         truth: The robot's true parameters on that day.
         wheels: Record `(1,)` of its wheels' faults.
-        docks: Docks that it visits, x [m], y [m] and heading [rad], `(M, 3)`; it begins at the first one.
-        speed: [m/s].
-        period: Time between readings of the pose while it drives [s]; 0 for docks alone.
-        seed: Of the readings of the docks.
+        docks: Poses of the docks that it visits, x [m], y [m] and heading [rad], `(M, 3)`; it starts at the
+            first.
+        speed: Speed of the drive [m/s].
+        period: Time between measured poses [s]; 0 for poses at docks only.
+        seed: Seed of the errors of the measured poses.
     """
 
     truth: "Truth"
@@ -56,24 +57,24 @@ class Errand:
     seed: int = 0
 
 
-def drive_lap(vehicle: "VehicleParameters", errand: Errand, places: Record, start_time: float) -> Recording:
+def drive_lap(vehicle: "VehicleParameters", task: LapTask, places: Record, start_time: float) -> Recording:
     """Return the recording of one lap.
 
     Args:
         vehicle: Nominal parameters of the robot.
-        errand: Its task.
-        places: Bad places of the floor, as `place_records` makes them.
+        task: Its task.
+        places: Bad places of the floor, from `place_records`.
         start_time: Time of the first sample [s].
 
     Raises:
         EndStopError: The linkage was driven to its end stop.
     """
-    chance = np.random.default_rng(errand.seed)
-    start = errand.docks[0] + chance.normal(size=3) * _START_SIGMA
-    plant = Plant(errand.truth, vehicle, (float(start[0]), float(start[1]), float(start[2])))
-    program = _program(errand)
+    chance = np.random.default_rng(task.seed)
+    start = task.docks[0] + chance.normal(size=3) * _START_SIGMA
+    plant = Plant(task.truth, vehicle, (float(start[0]), float(start[1]), float(start[2])))
+    program = _program(task)
     runner, journal, odometry = Runner(program, vehicle), Journal(program), odometry_of(vehicle)
-    wheels, sides = errand.wheels.copy(), np.zeros((len(places), 4))
+    wheels, sides = task.wheels.copy(), np.zeros((len(places), 4))
     period, filled = vehicle.bus.sync_period, 0
     counts, poses = np.zeros((_BLOCK, len(CHANNELS)), np.int64), np.zeros((_BLOCK, 3))
     records = (
@@ -94,7 +95,7 @@ def drive_lap(vehicle: "VehicleParameters", errand: Errand, places: Record, star
             odometry["pose"] = measured
     time = start_time + period * np.arange(filled, dtype=np.float64)
     columns = [CHANNELS.index(channel) for channel in vehicle.channels]
-    dense = _dense(time, poses[:filled], errand.period, chance)
+    dense = _measure_poses(time, poses[:filled], task.period, chance)
     return Recording(
         vehicle=vehicle,
         time=time,
@@ -123,7 +124,10 @@ def hall_block(
     first: int,
     period: float,
 ) -> int:
-    """Fill samples `(N, 7)` and true poses `(N, 3)` from `first` on, until an event or an end stop."""
+    """Fill counts `(N, 7)` and true poses of truck a `(N, 3)` from row `first` until an event or an end stop.
+
+    Return the number of filled rows.
+    """
     constants, state, wheels = constants_[0], plants[0], all_wheels[0]
     command = np.zeros(4)
     for sample in range(first, len(counts)):
@@ -136,7 +140,7 @@ def hall_block(
         turn_wheels(constants, state, command, period)
         apply_wheel_faults(wheels, constants, state)
         disturb(constants, state, obstacles)
-        lose_on_places(places, sides, constants, state)
+        lose_travel(places, sides, constants, state)
         move(constants, state)
         creep_on_slopes(places, constants, state)
         settle(constants, state)
@@ -145,17 +149,17 @@ def hall_block(
     return len(counts)
 
 
-def _program(errand: Errand) -> Program:
-    """Return the lap: straight to every dock, and a rest with a fix there."""
+def _program(task: LapTask) -> Program:
+    """Return the program of a lap: straight to each dock, and a rest with a pose measurement there."""
     rows = [rest(_REST, fix=True)]
-    for x, y, heading in errand.docks[1:].tolist():
-        rows.append(Row(GOTO, x=x, y=y, heading=heading, speed=errand.speed, frame=WORLD))
+    for x, y, heading in task.docks[1:].tolist():
+        rows.append(Row(GOTO, x=x, y=y, heading=heading, speed=task.speed, frame=WORLD))
         rows.append(rest(_REST, fix=True))
     return Program("free", tuple(rows), ())
 
 
-def _dense(time: Array, true: Array, period: float, chance: np.random.Generator) -> Poses | None:
-    """Return readings of the pose at a period [s]; None where it is 0."""
+def _measure_poses(time: Array, true: Array, period: float, chance: np.random.Generator) -> Poses | None:
+    """Return measured poses with a period [s] from true poses `(N, 3)` at `time`; None for a period of 0."""
     if not period:
         return None
     rows = np.arange(0, len(time), max(1, round(period / float(time[1] - time[0]))))

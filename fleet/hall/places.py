@@ -14,8 +14,8 @@ from omnimate.vehicle.se2 import transform_xy
 PlaceKind = Literal["joint", "oil", "slope"]
 KINDS: tuple[PlaceKind, ...] = get_args(PlaceKind)
 JOINT, OIL, SLOPE = range(3)
-_APART = 3.0  # [m] that bad places keep from each other
-# What is drawn of each kind: its reach [m], and the smallest and largest size.
+_MIN_DISTANCE = 3.0  # [m] between the centres of two bad places (assumption)
+# For each kind: reach [m], and range of the size in the unit of `Place.size`. Assumptions.
 _RANGES: dict[PlaceKind, tuple[float, float, float]] = {
     "joint": (0.5, 0.0015, 0.0035),
     "oil": (0.5, 0.01, 0.03),
@@ -28,13 +28,14 @@ class Place:
     """A bad place of the floor.
 
     Attributes:
-        kind: A joint between slabs: a line on which each wheel loses travel at every crossing; an oily patch:
-            a disc on which wheels turn without full travel; a slope: a disc on which trucks creep.
+        kind: `joint` between slabs: a line, at each crossing of which a wheel loses travel; `oil`: a disc on
+            which wheels slip; `slope`: a disc on which trucks creep.
         x: X of its centre [m].
         y: Y of its centre [m].
-        reach: Half the length of a joint, or the radius of a patch or slope [m].
-        size: Travel lost at a crossing [m]; part of the travel that is lost [1]; creep per metre [1].
-        direction: Direction of the joint's line, or of the creep [rad].
+        reach: Half the length of a joint, or the radius of an oily patch or slope [m].
+        size: Travel lost at a crossing of a joint [m], fraction of the travel lost on oil [1], or creep per
+            metre of travel on a slope [1].
+        direction: Direction of the joint's line, or of the creep [rad]; not used for oil.
 
     Raises:
         SimulationError: The kind is not known, or the reach is not positive.
@@ -55,7 +56,7 @@ class Place:
 
 
 class PlaceRecord:
-    """A place as compiled code sees it; cos and sin are those of its direction."""
+    """A place for compiled code: `kind` is its number in `KINDS`, cos and sin are of its direction."""
 
     kind: int
     x: float
@@ -67,10 +68,16 @@ class PlaceRecord:
 
 
 def draw_places(count: int, margin: float, inside: Array, chance: np.random.Generator) -> tuple[Place, ...]:
-    """Return bad places that keep apart from each other, and from the walls by a margin [m].
+    """Return random bad places, at least `_MIN_DISTANCE` apart.
+
+    Args:
+        count: Their number.
+        margin: Distance from the walls [m].
+        inside: Sides of the area inside the margin [m], `(2,)`.
+        chance: Generator of random numbers.
 
     Raises:
-        SimulationError: They do not fit into the sides of the area inside the margin [m], `(2,)`.
+        SimulationError: They do not fit into that area.
     """
     places: list[Place] = []
     for _ in range(1000 * count):
@@ -80,10 +87,12 @@ def draw_places(count: int, margin: float, inside: Array, chance: np.random.Gene
         x, y = (margin + inside * chance.uniform(size=2)).tolist()
         reach, low, high = _RANGES[kind]
         size, direction = chance.uniform(low, high), chance.uniform(-math.pi, math.pi)
-        if all(math.hypot(x - other.x, y - other.y) > _APART for other in places):
+        if all(math.hypot(x - other.x, y - other.y) > _MIN_DISTANCE for other in places):
             places.append(Place(kind, x, y, reach, float(size), float(direction)))
     if len(places) < count:
-        raise SimulationError(f"{count} bad places, {_APART} m apart, do not fit; make the hall larger")
+        raise SimulationError(
+            f"{count} bad places, {_MIN_DISTANCE} m apart, do not fit; make the hall larger"
+        )
     return tuple(places)
 
 
@@ -105,14 +114,15 @@ def place_records(places: tuple[Place, ...]) -> Record:
 
 
 @compiled
-def lose_on_places(places: Record, sides: Array, constants: Constants, state: State) -> None:
+def lose_travel(places: Record, sides: Array, constants: Constants, state: State) -> None:
     """Reduce the wheels' travel in this step by the loss on joints and oily patches.
 
     Args:
         places: The places, `(K,)`.
-        sides: Distance of each wheel from each joint's line at the step before [m], `(K, 4)`; written.
-        constants: Of the robot.
-        state: Of the robot.
+        sides: Signed distance of each wheel from each joint's line in the previous step [m], `(K, 4)`;
+            updated.
+        constants: Constants of the robot.
+        state: State of the robot; `travel` is changed.
     """
     for wheel in range(2 * constants.trucks):
         truck = wheel // 2
@@ -132,7 +142,7 @@ def lose_on_places(places: Record, sides: Array, constants: Constants, state: St
 
 @compiled
 def creep_on_slopes(places: Record, constants: Constants, state: State) -> None:
-    """Shift each truck that drove on a slope in this step towards the slope's direction."""
+    """Shift each truck on a slope in the slope's direction, in proportion to its travel in this step."""
     for truck in range(constants.trucks):
         travel = abs(0.5 * (state.travel[2 * truck] + state.travel[2 * truck + 1]))
         for number in range(len(places)):

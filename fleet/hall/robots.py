@@ -1,4 +1,4 @@
-"""The robots of a hall: three types, each robot a little different, that wear and may become faulty."""
+"""The robots of a hall: of three types, with nominal variation, wear and faults."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 TYPES = ("tug", "mule", "train")
-# Nominal variation, as ratios: how well robots were calibrated, how fast tyres wear (a polyurethane
-# tyre of 150 mm loses some 0.05 mm of diameter in a month), and what load and temperature do from day to day.
+# Nominal variation, relative to the size: standard deviations of the calibration; mean and standard deviation
+# of the wear (a polyurethane tyre of 150 mm loses some 0.05 mm of diameter in a month); standard deviations
+# from day to day, by load and temperature. Assumptions.
 CALIBRATED_WHEEL, CALIBRATED_WHEELBASE = 1e-4, 1e-3
 WEAR, WEAR_SCATTER = -1e-5, 3e-6  # [1/day]
 DAILY_WHEEL, DAILY_WHEELBASE = 1e-5, 1e-4
@@ -35,10 +36,10 @@ class HallRobot:
     Attributes:
         vehicle: Its nominal parameters.
         wheels: Ratio of each wheel's true diameter on day 0 to the nominal one, less 1, `(4,)`.
-        wheelbases: The same of each truck's wheelbase, `(2,)`.
-        wear: What each wheel's ratio gains in a day, `(4,)` [1/day].
+        wheelbases: The same ratio, less 1, of each truck's wheelbase, `(2,)`.
+        wear: Change of each wheel's ratio [1/day], `(4,)`.
         faults: Its faults.
-        seed: Of all that is drawn by chance for it.
+        seed: Seed of its random numbers.
     """
 
     vehicle: VehicleParameters
@@ -48,8 +49,8 @@ class HallRobot:
     faults: tuple[Fault, ...]
     seed: int
 
-    def on(self, day: int, lap: int) -> tuple[Truth, Record]:
-        """Return the robot's true parameters in a lap of a day, and a record `(1,)` of wheel faults."""
+    def truth_on(self, day: int, lap: int) -> tuple[Truth, Record]:
+        """Return the robot's true parameters in a lap of a day, and a record `(1,)` of `WheelFaults`."""
         daily = np.random.default_rng((self.seed, day))
         wheels = self.wheels + day * self.wear + DAILY_WHEEL * daily.normal(size=4)
         wheelbases = self.wheelbases + DAILY_WHEELBASE * daily.normal(size=2)
@@ -63,7 +64,7 @@ class HallRobot:
             elif fault.kind == "wheel_diameter":
                 wheels[_WHEEL_NAMES.index(fault.component)] += size
             else:
-                field = "amplitude" if fault.kind == "wheel_eccentricity" else "play"
+                field = "amplitude" if fault.kind == "wheel_eccentricity" else "backlash"
                 wheel_faults[field][0, _WHEEL_NAMES.index(fault.component)] = size
         true = self.vehicle
         for number, (name, truck) in enumerate(self.vehicle.trucks.items()):
@@ -81,7 +82,15 @@ class HallRobot:
 def draw_robot(
     kind: str, number: int, seed: int, sync_period: float = 0.015, faults: tuple[Fault, ...] = ()
 ) -> HallRobot:
-    """Return a robot of a type, with its number in its name; `sync_period` is that of its bus [s]."""
+    """Return a random robot.
+
+    Args:
+        kind: Its type, one of `TYPES`.
+        number: Its number, which is a part of its name and of its seed.
+        seed: Seed of the hall.
+        sync_period: Period of SYNC on its bus [s].
+        faults: Its faults.
+    """
     chance = np.random.default_rng((seed, number))
     nominal = _nominal_vehicle(kind)
     bus = replace(nominal.bus, sync_period=sync_period)
@@ -97,7 +106,7 @@ def draw_robot(
 
 
 def _nominal_vehicle(kind: str) -> VehicleParameters:
-    """Return the nominal parameters of a type: two of a single truck, and a two-truck robot."""
+    """Return the nominal parameters of a type: `tug` and `mule` have one truck, `train` has two."""
     if kind == "train":
         return reference_vehicle()
     robot = replace(reference_single(), limits=Limits(speed=0.8, acceleration=0.5))

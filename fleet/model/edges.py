@@ -1,11 +1,11 @@
 """Edges: the scatter of a place's effect from one crossing to the next.
 
-A place is a disc of cells, a joint is a line, and the likeliest path between two poses differs from the path
-that was driven: a crossing, above all one that grazes the place, does a little more or less than the disc
-says. Of a strong place that is far more than the floor's roughness. Hundreds of crossings would then make its
-position look surer than it is, and another place next to it likely. So each crossing has a further error,
-independent of the others: the disc's effect within half a cell of its edge, times a factor for each place,
-which is estimated from its crossings.
+The model of a place is a disc. A joint is a line, and the most probable path between two poses differs from
+the path that was driven, so that the effect of a crossing differs from that of the disc, above all near its
+edge. For a strong place this error is far larger than the floor's roughness. Without a model of it, hundreds
+of crossings would make the position too certain, and a second place next to it probable. Each crossing
+therefore has an additional independent error: the effect of the disc within half a cell of its edge, times a
+factor for each place, which is estimated from the place's crossings.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ if TYPE_CHECKING:
     from omnimate.fleet.report import BadPlace
     from omnimate.vehicle.se2 import Array
 
-MAX_EDGE = 3.0  # half cells: an edge that scatters more than this is no edge of a disc of 0.3 m
-_MEDIAN = float(chi2.median(1))
+MAX_EDGE = 3.0  # [half cells] of scatter: 0.375 m, more than the smallest radius of a place
+_CHI2_MEDIAN = float(chi2.median(1))
 
 
 def estimate_edges(places: Sequence[BadPlace], fleet: FleetEvidence) -> tuple[BadPlace, ...]:
-    """Return fitted places with the scatter of their edges, from the residuals of their crossings."""
+    """Return fitted places with `edge`, the scatter of their edges, from the residuals of their crossings."""
     effects = fleet.sum_effects(places)
     return tuple(replace(place, edge=_estimate_edge(place, fleet, effects)) for place in places)
 
 
 def crossing_errors(places: Sequence[BadPlace], fleet: FleetEvidence) -> dict[int, Array]:
-    """Return the errors of crossings by recording, `(3 S, K)`: one standard deviation in a column."""
+    """Return the errors at the places' edges by recording, `(3 S, K)`, one standard deviation per column."""
     columns: dict[int, list[Array]] = {}
     for place in places:
         for number, segment, effect in _edge_effects(place, fleet):
@@ -50,7 +50,7 @@ def crossing_errors(places: Sequence[BadPlace], fleet: FleetEvidence) -> dict[in
 
 
 def _edge_effects(place: BadPlace, fleet: FleetEvidence) -> Iterator[tuple[int, NDArray[np.intp], Array]]:
-    """Yield recordings, segments near a place's edge, and the effect of half a cell on these `(K, 3)`."""
+    """Yield (recording, segments that cross a place's edge `(K,)`, effect of half a cell `(K, 3)`)."""
     wide, narrow = (
         fleet.effects_of(replace(place, reach=place.reach + side * 0.5 * CELL)) for side in (1.0, -1.0)
     )
@@ -62,20 +62,23 @@ def _edge_effects(place: BadPlace, fleet: FleetEvidence) -> Iterator[tuple[int, 
 
 
 def _estimate_edge(place: BadPlace, fleet: FleetEvidence, effects: Sequence[Array]) -> float:
-    """Return the standard deviation of a place's edge [half cells], robustly, from its crossings."""
-    seen, variance = [np.zeros(0)], [np.zeros(0)]
+    """Return the standard deviation of a place's edge [half cells] from its crossings.
+
+    The estimate is robust: the median of the normalised squares is that of a chi-squared variable.
+    """
+    shifts, variance = [np.zeros(0)], [np.zeros(0)]
     for number, segment, effect in _edge_effects(place, fleet):
         recording = fleet.recordings[number]
         count = len(recording.residual) // 3
-        left = recording.floor_precision @ (recording.residual - effects[number])
+        weighed = recording.floor_precision @ (recording.residual - effects[number])
         weights = recording.floor_precision.reshape(count, 3, count, 3)[segment, :, segment, :]
         information = np.einsum("ki,kij,kj->k", effect, weights, effect)
-        seen.append(np.einsum("ki,ki->k", effect, left.reshape(count, 3)[segment]) / information)
+        shifts.append(np.einsum("ki,ki->k", effect, weighed.reshape(count, 3)[segment]) / information)
         variance.append(1.0 / information)
-    square, known = np.concatenate(seen) ** 2, np.concatenate(variance)
+    square, known = np.concatenate(shifts) ** 2, np.concatenate(variance)
 
     def surplus(edge: float) -> float:
-        return float(np.median(square / (known + edge**2))) - _MEDIAN
+        return float(np.median(square / (known + edge**2))) - _CHI2_MEDIAN
 
     if not len(square) or surplus(0.0) <= 0.0:
         return 0.0

@@ -1,4 +1,4 @@
-"""The evidence of recordings: residuals with their weights, and the effect of places on them."""
+"""The evidence of recordings: residuals with their inverse covariance, and the effect of places on them."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from omnimate.fleet.segments import Crossings, Segments
     from omnimate.vehicle.se2 import Array
 
-FREEDOM: dict[PlaceEffect, int] = {"loss": 1, "creep": 2}  # degrees of freedom of an effect's size
-Effects = dict[int, "Array"]  # of a place of unit size on residuals, `(3 S, C)`, by recording
+FREEDOM: dict[PlaceEffect, int] = {"loss": 1, "creep": 2}  # components of an effect's size
+Effects = dict[int, "Array"]  # effect of a place of unit size on the residuals, `(3 S, C)`, by recording
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +30,8 @@ class Evidence:
         residual: All residuals, `(3 S,)`, as in `Segments`.
         jacobian: Their derivative by the robot's parameters, `(3 S, 3)`.
         precision: Their inverse covariance, `(3 S, 3 S)`.
-        floor_precision: The precision with the robot's parameters projected out: whatever the robot's
-            diameters and wheelbase are, they change no score of a place.
+        floor_precision: The precision with the robot's parameters projected out, so that wheel diameters and
+            wheelbase do not change the score of a place.
         crossings: The cells that the segments cross.
     """
 
@@ -42,19 +42,19 @@ class Evidence:
     crossings: Crossings
 
     def robot_information(self, effect: Array | float = 0.0) -> tuple[Array, Array]:
-        """Return the information `(3, 3)` on the robot's parameters, and the score `(3,)`.
+        """Return the Fisher information `(3, 3)` on the robot's parameters, and the score `(3,)`.
 
         Args:
-            effect: Of the floor's places on the residuals, `(3 S,)`.
+            effect: Effect of the floor's places on the residuals, `(3 S,)`; it is subtracted.
         """
         weighed = self.precision @ self.jacobian
         return self.jacobian.T @ weighed, weighed.T @ (self.residual - effect)
 
     def with_errors(self, errors: Sequence[Array]) -> Evidence:
-        """Return the evidence with further independent errors, one standard deviation in each column.
+        """Return the evidence with additional independent errors (Woodbury's identity).
 
         Args:
-            errors: Columns, `(3 S, K)` each.
+            errors: Arrays `(3 S, K)`; each column is the effect of one error of one standard deviation.
         """
         if not errors:
             return self
@@ -81,16 +81,19 @@ def _project_out(precision: Array, jacobian: Array) -> Array:
 
 
 def fraction_inside(distance: Array, reach: float) -> Array:
-    """Return how much of a cell at a distance [m] lies in a disc, with an edge as wide as a cell."""
+    """Return the fraction of cells inside a disc of radius `reach` [m], by distance from its centre [m].
+
+    It falls linearly from 1 to 0 over one cell.
+    """
     return np.clip((reach - distance) / CELL + 0.5, 0.0, 1.0)
 
 
 class FleetEvidence:
-    """The evidence of many recordings, with an index of their crossings by place.
+    """The evidence of many recordings, with a table of all their crossings.
 
     Attributes:
-        initial: Evidence of the recordings.
-        recordings: The same with the errors that `set_errors` adds.
+        initial: Evidence of each recording.
+        recordings: The same with the errors added by `set_errors`.
     """
 
     def __init__(self, recordings: Sequence[Evidence]) -> None:
@@ -102,14 +105,14 @@ class FleetEvidence:
         self._cell = np.concatenate([recording.crossings.cell for recording in recordings]).astype(np.int32)
 
     def set_errors(self, errors: Mapping[int, Array]) -> None:
-        """Add independent errors, `(3 S, K)` by recording, in place of those added before."""
+        """Replace the additional errors by these, `(3 S, K)` by recording (see `Evidence.with_errors`)."""
         self.recordings = [
             recording.with_errors([errors[number]]) if number in errors else recording
             for number, recording in enumerate(self.initial)
         ]
 
     def near(self, x: float, y: float, reach: float) -> Iterator[tuple[int, NDArray[np.int64]]]:
-        """Yield recordings that come nearer to a place than a reach [m], and the rows of their crossings."""
+        """Yield recordings with crossings in the square of half side `reach` [m] around a point."""
         low = np.floor((np.array([x, y]) - reach) / CELL)
         high = np.ceil((np.array([x, y]) + reach) / CELL)
         along, across = self._cell[:, 0], self._cell[:, 1]

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from omnimate.fleet.segments import Segments
     from omnimate.vehicle.se2 import Array
 
-MAX_ROUNDS = 4  # of estimating places and roughness in turn
-ROUGHNESS_TOLERANCE = 0.05  # relative change of the roughness at which it has converged
-MAX_SAMPLE = 1000  # recordings from which roughness and strong places are estimated in turn
-ROUGHNESS_SAMPLE = 200  # recordings from which one estimate of the roughness is made
-MIN_ROUGHNESS, MAX_ROUGHNESS = 5e-5, 5e-3  # [m/sqrt(m)] between a steel plate and cobbles
+MAX_ROUNDS = 4  # iterations in which places and roughness are estimated alternately
+ROUGHNESS_TOLERANCE = 0.05  # relative change of the roughness below which the iteration has converged
+MAX_SAMPLE = 1000  # recordings that are used in the iteration; the last step uses all
+ROUGHNESS_SAMPLE = 200  # recordings from which the roughness is estimated
+MIN_ROUGHNESS, MAX_ROUGHNESS = 5e-5, 5e-3  # [m/sqrt(m)] of a steel plate, and of cobbles (assumption)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +34,8 @@ class Floor:
     """A floor.
 
     Attributes:
-        places: Bad places, the clearest first.
-        roughness: Of the floor outside these [m/sqrt(m)].
+        places: Bad places, the most significant first.
+        roughness: Roughness outside these [m/sqrt(m)].
     """
 
     places: tuple[BadPlace, ...]
@@ -57,12 +57,12 @@ class Floor:
 def estimate_floor(features: Sequence[RecordingFeatures], known: Sequence[BadPlace] = ()) -> Floor:
     """Return the floor under recordings of a fleet.
 
-    Bad places that are not known yet look like a rough floor, on which they stand out less: both are
-    estimated in turn until they converge. Strong places and roughness need not all recordings for it, which
-    then show the weak ones.
+    Bad places that are not known yet increase the estimated roughness, and so make themselves less
+    significant. Places and roughness are therefore estimated alternately until the roughness converges, from
+    at most `MAX_SAMPLE` recordings; weak places are then found with all recordings.
 
     Args:
-        features: Of the recordings.
+        features: Features of the recordings, at least one.
         known: Places to begin with.
     """
     sample = features[:: -(-len(features) // MAX_SAMPLE)]
@@ -96,19 +96,19 @@ def _weigh(features: Sequence[RecordingFeatures], roughness: float) -> FleetEvid
 
 
 def estimate_roughness(segments: Sequence[Segments], effects: Sequence[Array] | None = None) -> float:
-    """Return the median of the recordings' likeliest roughness [m/sqrt(m)]; faulty robots move it little.
+    """Return the floor's roughness: the median of the recordings' maximum likelihood estimates [m/sqrt(m)].
 
-    Of squares alone `calib.umbmark.floor` knows no more than how their ends scatter, U section V.
+    The median is robust against faulty robots.
 
     Args:
-        segments: Of recordings, each with two segments or more; evenly spread ones of them are used.
-        effects: Of known places, on the residuals of each, `(3 S,)`; none by default.
+        segments: Segments of each recording, two or more; about `ROUGHNESS_SAMPLE` recordings are used.
+        effects: Effect of known places on the residuals of each recording, `(3 S,)`; none by default.
     """
     chosen = range(0, len(segments), max(1, len(segments) // ROUGHNESS_SAMPLE))
     return float(
         np.median(
             [
-                _likeliest_roughness(
+                _maximum_likelihood_roughness(
                     segments[number],
                     segments[number].residual.reshape(-1) - (0.0 if effects is None else effects[number]),
                 )
@@ -118,17 +118,17 @@ def estimate_roughness(segments: Sequence[Segments], effects: Sequence[Array] | 
     )
 
 
-def _likeliest_roughness(segments: Segments, residual: Array) -> float:
-    """Return the likeliest roughness of one recording, by likelihood restricted given its robot."""
+def _maximum_likelihood_roughness(segments: Segments, residual: Array) -> float:
+    """Return the roughness of one recording by restricted maximum likelihood (unknown robot)."""
     jacobian = segments.jacobian.reshape(-1, 3)
 
     def negative_log_likelihood(log_roughness: float) -> float:
         factor = np.linalg.cholesky(segments.covariance(math.exp(log_roughness)))
         white = np.linalg.solve(factor, np.column_stack([residual, jacobian]))
         basis, triangle = np.linalg.qr(white[:, 1:])
-        left = white[:, 0] - basis @ (basis.T @ white[:, 0])
-        weights = np.log(np.diag(factor)).sum() + np.log(np.abs(np.diag(triangle))).sum()
-        return float(weights + 0.5 * left @ left)
+        residuals = white[:, 0] - basis @ (basis.T @ white[:, 0])
+        log_determinants = np.log(np.diag(factor)).sum() + np.log(np.abs(np.diag(triangle))).sum()
+        return float(log_determinants + 0.5 * residuals @ residuals)
 
     bounds = math.log(MIN_ROUGHNESS), math.log(MAX_ROUGHNESS)
     best = minimize_scalar(negative_log_likelihood, bounds=bounds, method="bounded", options={"xatol": 0.01})

@@ -1,8 +1,8 @@
-"""Histories: a robot's numbers day by day, and the nominal variation of robots of its type.
+"""Histories: a robot's quantities day by day, and the nominal variation of robots of its type.
 
-The nominal variation is estimated from the fleet itself (empirical Bayes), robustly, so that the few faulty
-robots do not change it: how far calibrations scatter, how fast robots of this type wear and how differently,
-and how much more the numbers scatter from day to day than their stated uncertainty.
+The nominal variation is estimated from the fleet itself (empirical Bayes), with medians, so that a few faulty
+robots do not change it: the scatter of calibrations, mean and scatter of the wear, and the scatter from day
+to day beyond the stated uncertainty.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from datetime import date
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from omnimate.calib.distributions import MAD_TO_SIGMA
 from omnimate.fleet.features import NO_JOINTS, Joints
@@ -23,15 +24,15 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.se2 import Array
 
-MIN_WEAR_DAYS = 5  # days from which on wear is estimated
-# [1/day or rad/day] of wear: its scatter as long as it is not known, and its limit. Tyres of 150 mm lose
-# below 0.1 mm in a week. What changes faster is no wear, however many robots of a small fleet do so.
+MIN_WEAR_DAYS = 5  # [days] of a history that are needed to estimate wear
+# [1/day or rad/day] limit of wear, and its standard deviation while it is not known: tyres of 150 mm lose
+# less than 0.1 mm in a week. A faster change is a fault, even if many robots of a small fleet have it.
 MAX_WEAR = 1e-4
 MAX_DAILY_SCATTER = (
-    3.0  # [standard deviations of a day] of nominal scatter from day to day, for the same reason
+    3.0  # [standard deviations of a day] limit of the scatter from day to day, for the same reason
 )
-# [standard deviations of a day] by which robots differ from their files, at least: few robots say little of
-# how much they differ, and where a robot starts is no change.
+# [standard deviations of a day] lower limit of the scatter of the start among robots: a few robots do not
+# determine it, and the start of a history must not be taken as a change.
 MIN_START_SCATTER = 10.0
 
 
@@ -43,9 +44,9 @@ class RobotInformation:
         robot: Name of the robot.
         kind: Type of the robot.
         day: Date, YYYY-MM-DD.
-        information: On `PARAMETERS`, `(3, 3)`.
-        score: Likewise, `(3,)`.
-        joints: Of the linkage.
+        information: Fisher information on `PARAMETERS`, `(3, 3)`.
+        score: Information times the parameters' estimate, `(3,)`.
+        joints: Biases of the joints' encoders.
     """
 
     robot: str
@@ -58,12 +59,12 @@ class RobotInformation:
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """The numbers of one robot, day by day.
+    """The quantities of one robot, day by day.
 
     Attributes:
         robot: Name of the robot.
         kind: Type of the robot.
-        names: Names of the numbers.
+        names: Names of the quantities, `(P,)`: `PARAMETERS`, and `JOINT_NUMBERS` with a linkage.
         dates: Dates, YYYY-MM-DD, `(D,)`.
         days: Days since the first date of the fleet, `(D,)`.
         value: Values [1 or rad], `(D, P)`.
@@ -84,7 +85,7 @@ class History:
 
 
 def make_histories(recordings: Sequence[RobotInformation]) -> list[History]:
-    """Return the histories of all robots; recordings of one robot on one day are taken together.
+    """Return the histories of all robots; the recordings of one robot on one day are combined.
 
     A day whose recordings do not identify the robot's parameters is left out.
     """
@@ -97,9 +98,9 @@ def make_histories(recordings: Sequence[RobotInformation]) -> list[History]:
 
 
 def _make_history(by_day: dict[str, list[RobotInformation]], first: date) -> History | None:
-    """Return one robot's history since the first date of the fleet; None where no day identifies it."""
-    numbers = {day: _solve_day(recordings) for day, recordings in sorted(by_day.items())}
-    known = {day: row for day, row in numbers.items() if row is not None}
+    """Return one robot's history since the fleet's first date; None if no day identifies its parameters."""
+    solved = {day: _solve_day(recordings) for day, recordings in sorted(by_day.items())}
+    known = {day: row for day, row in solved.items() if row is not None}
     if not known:
         return None
     size = max(len(value) for value, _ in known.values())
@@ -117,7 +118,7 @@ def _make_history(by_day: dict[str, list[RobotInformation]], first: date) -> His
 
 
 def _solve_day(recordings: Sequence[RobotInformation]) -> tuple[Array, Array] | None:
-    """Return a day's numbers `(P,)` and their covariance `(P, P)`; None where it does not identify them."""
+    """Return the quantities of a day `(P,)` and their covariance `(P, P)`; None if not identified."""
     information = np.sum([recording.information for recording in recordings], axis=0)
     if not np.isfinite(information).all() or np.linalg.cond(information) > 1e12:
         return None
@@ -128,23 +129,22 @@ def _solve_day(recordings: Sequence[RobotInformation]) -> tuple[Array, Array] | 
         return value, covariance
     weights = np.array([joint.sigma**-2.0 for joint in joints])
     biases = np.array([joint.bias for joint in joints])
-    whole = np.zeros((len(value) + 2, len(value) + 2))
-    whole[:-2, :-2] = covariance
-    whole[-2:, -2:] = np.diag(1.0 / weights.sum(axis=0))
-    return np.concatenate([value, (weights * biases).sum(axis=0) / weights.sum(axis=0)]), whole
+    bias_covariance = np.diag(1.0 / weights.sum(axis=0))
+    mean_bias = (weights * biases).sum(axis=0) / weights.sum(axis=0)
+    return np.concatenate([value, mean_bias]), block_diag(covariance, bias_covariance)
 
 
 @dataclass(frozen=True, slots=True)
 class NominalVariation:
-    """The nominal variation of robots of one type; each `(P,)`.
+    """The nominal variation of robots of one type, for each quantity [1 or rad], `(P,)`.
 
     Attributes:
-        start: Mean on the first day.
-        start_variance: Scatter of that among robots.
-        wear: Mean change per day.
-        wear_variance: Scatter of that among robots.
-        daily: Variance from day to day beyond the numbers' stated uncertainty.
-        sigma: Median standard deviation of a day's number.
+        start: Median of the robots' values on the first day.
+        start_variance: Variance of these among robots.
+        wear: Median of the robots' changes per day.
+        wear_variance: Variance of these among robots.
+        daily: Variance from day to day beyond the stated uncertainty.
+        sigma: Median standard deviation of a value of one day.
     """
 
     start: Array
@@ -159,8 +159,8 @@ class NominalVariation:
         count, size = history.value.shape
         days = history.days
         joint = np.zeros((count, size, count, size))
-        at = np.arange(size)
-        joint[:, at, :, at] = (
+        quantity = np.arange(size)
+        joint[:, quantity, :, quantity] = (
             self.start_variance[:, np.newaxis, np.newaxis]
             + self.wear_variance[:, np.newaxis, np.newaxis] * days[:, np.newaxis] * days
         )
@@ -174,7 +174,7 @@ class NominalVariation:
 
 
 def estimate_nominal_variation(histories: Sequence[History]) -> NominalVariation:
-    """Estimate the nominal variation of robots of one type from their histories."""
+    """Return the nominal variation of robots of one type, estimated from their histories, at least one."""
     sigma = np.median(np.concatenate([history.sigma() for history in histories]), axis=0)
     lines, variances, residuals = zip(*map(_fit_line, histories), strict=True)
     values = np.array(lines)  # (R, 2, P): start, wear
@@ -186,36 +186,37 @@ def estimate_nominal_variation(histories: Sequence[History]) -> NominalVariation
         middle[1], variance[1] = 0.0, MAX_WEAR**2
     middle[1] = np.clip(middle[1], -MAX_WEAR, MAX_WEAR)
     variance[1] = np.minimum(variance[1], MAX_WEAR**2)
-    left = np.concatenate(residuals)
-    ratio = _robust_variance(left) if len(left) > 1 else np.ones_like(sigma)
-    daily = np.clip(ratio * _variance_margin(len(left)) - 1.0, 0.0, MAX_DAILY_SCATTER**2) * sigma**2
+    normalised = np.concatenate(residuals)
+    ratio = _robust_variance(normalised) if len(normalised) > 1 else np.ones_like(sigma)
+    daily = np.clip(ratio * _variance_margin(len(normalised)) - 1.0, 0.0, MAX_DAILY_SCATTER**2) * sigma**2
     return NominalVariation(middle[0], variance[0], middle[1], variance[1], daily, sigma)
 
 
 def _fit_line(history: History) -> tuple[Array, Array, Array]:
-    """Return start and wear of each number `(2, P)`, their variances, and the residuals [sigma] `(D, P)`.
+    """Return start and wear `(2, P)`, their variances `(2, P)`, and normalised residuals [sigma] `(D, P)`.
 
-    Wear is 0 where there are few days; residuals are none, `(0, P)`, where these leave no freedom.
+    With fewer than `MIN_WEAR_DAYS` days the wear is 0. If the line fits all days exactly, there are no
+    residuals, `(0, P)`.
     """
     count, size = history.value.shape
     order = 2 if count >= MIN_WEAR_DAYS else 1
-    value, variance, left = np.zeros((2, size)), np.zeros((2, size)), np.zeros((count, size))
+    value, variance, residual = np.zeros((2, size)), np.zeros((2, size)), np.zeros((count, size))
     for number in range(size):
         sigma = np.sqrt(history.covariance[:, number, number])
         design = np.vander(history.days, order, increasing=True) / sigma[:, np.newaxis]
-        seen = history.value[:, number] / sigma
+        scaled = history.value[:, number] / sigma
         covariance = np.linalg.pinv(design.T @ design)
-        fitted = covariance @ design.T @ seen
+        fitted = covariance @ design.T @ scaled
         value[:order, number], variance[:order, number] = fitted, np.diag(covariance)
         freedom = 1.0 - np.einsum("ni,ij,nj->n", design, covariance, design)
-        left[:, number] = (seen - design @ fitted) / np.sqrt(np.maximum(freedom, 0.05))
-    return value, variance, left if count > order else left[:0]
+        residual[:, number] = (scaled - design @ fitted) / np.sqrt(np.maximum(freedom, 0.05))
+    return value, variance, residual if count > order else residual[:0]
 
 
 def _variance_margin(count: int) -> float:
-    """Return one plus the relative standard error of a robust variance from some values.
+    """Return one plus the relative standard error of a robust variance of `count` normal values.
 
-    The median absolute deviation has 0.37 of the efficiency of the standard deviation.
+    The efficiency of the median absolute deviation is 0.37 of that of the standard deviation.
     """
     return 1.0 + math.sqrt(2.0 / (0.37 * max(1, count)))
 

@@ -1,9 +1,10 @@
 """Bad places of the floor, found one after the other on the score map and fitted together.
 
-The places that stand out most are taken, all that are known are fitted together given any parameters of the
-robots, and the map is made anew of the residuals, until nothing stands out. What stands out is tested against
-the map's own scatter (empirical null: Efron, Large-scale simultaneous hypothesis testing, JASA 2004) and
-against the number of candidates (Bonferroni), so that one day in a hundred has a false place.
+In each round the most significant places of the map are added, all places are fitted together with the
+robots' parameters projected out, and the map is computed again from the residuals, until no place is
+significant. The threshold is scaled by the median of the map (empirical null: Efron, Large-scale simultaneous
+hypothesis testing, JASA 2004), and its level divided by the number of candidates (Bonferroni), so that one
+day in a hundred has a false place.
 """
 
 from __future__ import annotations
@@ -29,26 +30,28 @@ if TYPE_CHECKING:
     from omnimate.fleet.model.scores import Grid
     from omnimate.vehicle.se2 import Array
 
-FALSE_ALARM_RATE = 0.01  # probability that a day has a place where there is none
-RADII = (0.3, 0.5, 0.8, MAX_RADIUS)  # [m] of places that are distinguished
-MIN_RELATIVE_GAIN = 0.25  # of the gain of the strongest one, that others need to be taken in the same round
-MAX_ROUNDS = 30  # of places that stand out; in the last one nothing does
-WINDOW = 0.5 * MIN_SEPARATION  # [m] around a place, in which it and no other is located
-MIN_CROSSINGS = 20  # below which a place may be somewhere else along the few segments over it
-MAX_POSITION_SIGMA = SEARCH_RADIUS  # [m] standard deviation beyond which a position is of no use
+FALSE_ALARM_RATE = 0.01  # probability of a false place on a day
+RADII = (0.3, 0.5, 0.8, MAX_RADIUS)  # [m] radii of places that are fitted
+MIN_RELATIVE_GAIN = 0.25  # gain relative to the strongest place, for a place to be added in the same round
+MAX_ROUNDS = 30  # limit of the rounds in which places are added
+WINDOW = 0.5 * MIN_SEPARATION  # [m] distance from a place within which its maximum is searched
+MIN_CROSSINGS = 20  # segments; with fewer a place may be elsewhere along these (assumption)
+MAX_POSITION_SIGMA = (
+    SEARCH_RADIUS  # [m] largest standard deviation of a position that is reported (assumption)
+)
 
 
 def find_places(fleet: FleetEvidence, known: Sequence[BadPlace] = ()) -> tuple[BadPlace, ...]:
-    """Return the bad places that recordings of a fleet show, the clearest first.
+    """Return the bad places of a floor, the most significant first.
 
     Args:
-        fleet: Evidence of the recordings; the errors at the edges of the places are set in it.
-        known: Places to begin with, such as those of the day before; they are located and tested anew.
+        fleet: Evidence of the recordings; changed: the errors at the edges of the places are set in it.
+        known: Places to begin with, such as those of the day before; they are located and tested again.
     """
     grid = make_grid(fleet.recordings)
     places = _fit_with_edges(fleet, known)
     for _ in range(MAX_ROUNDS):
-        new, threshold = _find_outstanding(fleet, grid, places)
+        new, threshold = _find_significant(fleet, grid, places)
         if not new:
             break
         places = _fit(fleet, (*places, *new))
@@ -68,14 +71,13 @@ def find_places(fleet: FleetEvidence, known: Sequence[BadPlace] = ()) -> tuple[B
     return tuple(sorted(places, key=lambda place: -place.gain))
 
 
-def _find_outstanding(
+def _find_significant(
     fleet: FleetEvidence, grid: Grid, known: Sequence[BadPlace]
 ) -> tuple[list[BadPlace], dict[PlaceEffect, float]]:
-    """Return the places that stand out most given known ones, and the gain that each effect needs for it.
+    """Return the most significant places given known ones, and the threshold of the gain for each effect.
 
-    Where segments of few directions cross a place, what stands out is a ridge along them, metres long. All
-    that stands out together may be the same place: it gives one place, and whether there is another one shows
-    when that is located and fitted.
+    If the segments over a place have few directions, the map has a ridge along them, metres long. Connected
+    cells above the threshold are therefore taken as one place; a second one is found in a later round.
     """
     gains = score_map(fleet.recordings, fleet.sum_effects(known), grid).gains()
     threshold = _gain_thresholds(gains)
@@ -84,19 +86,19 @@ def _find_outstanding(
     for place in known:
         best[grid.around(place.x, place.y, MIN_SEPARATION)] = 0.0
     strongest, new = max(1.0, MIN_RELATIVE_GAIN * float(best.max())), []
-    together, _ = label(best >= strongest, np.ones((3, 3)))
+    connected, _ = label(best >= strongest, np.ones((3, 3)))
     while best.max() >= strongest:
-        x, y = (int(at) for at in np.unravel_index(int(np.argmax(best)), best.shape))
+        x, y = (int(index) for index in np.unravel_index(int(np.argmax(best)), best.shape))
         effect: PlaceEffect = "loss" if relative["loss"][x, y] >= relative["creep"][x, y] else "creep"
         unknown = np.zeros(FREEDOM[effect])
-        at = grid.place((x, y))
-        new.append(BadPlace(effect, *at, SEARCH_RADIUS, CELL**2 * np.eye(2), unknown, unknown, 0.0, 0))
-        best[(together == together[x, y]) | grid.around(*at, MIN_SEPARATION)] = 0.0
+        centre = grid.position((x, y))
+        new.append(BadPlace(effect, *centre, SEARCH_RADIUS, CELL**2 * np.eye(2), unknown, unknown, 0.0, 0))
+        best[(connected == connected[x, y]) | grid.around(*centre, MIN_SEPARATION)] = 0.0
     return new, threshold
 
 
 def _gain_thresholds(gains: dict[PlaceEffect, Array]) -> dict[PlaceEffect, float]:
-    """Return the gain that stands out: for each effect, from the map's own scatter."""
+    """Return the threshold of the gain for each effect, scaled by the median of the map `(X, Y)`."""
     candidates = max(1, sum(int((gain > 0.0).sum()) for gain in gains.values()))
     thresholds = {}
     for effect, gain in gains.items():
@@ -108,7 +110,7 @@ def _gain_thresholds(gains: dict[PlaceEffect, Array]) -> dict[PlaceEffect, float
 
 
 def _select_certain(places: Sequence[BadPlace]) -> list[BadPlace]:
-    """Return the places that are no part of a stronger one, and of which position and kind are certain."""
+    """Return the places that pass `_is_certain`, without those within `WINDOW` of a stronger one."""
     certain = [place for place in places if _is_certain(place)]
     return [
         place
@@ -121,14 +123,14 @@ def _select_certain(places: Sequence[BadPlace]) -> list[BadPlace]:
 
 
 def _is_certain(place: BadPlace) -> bool:
-    """Return whether a place is crossed often enough, takes travel and gives none, and is located well."""
+    """Return whether a place has enough crossings, a loss that is positive, and an accurate position."""
     spread = math.sqrt(float(np.linalg.eigvalsh(place.covariance)[-1]))
     is_possible = place.effect == "creep" or place.size[0] > 0.0
     return place.crossings >= MIN_CROSSINGS and is_possible and spread < MAX_POSITION_SIGMA
 
 
 def _fit_with_edges(fleet: FleetEvidence, places: Sequence[BadPlace]) -> tuple[BadPlace, ...]:
-    """Return places fitted together, and set the errors of the crossings of their edges."""
+    """Return places fitted together with the errors at their edges, which are set in `fleet`."""
     fleet.set_errors({})
     places = estimate_edges(_fit(fleet, places), fleet)
     fleet.set_errors(crossing_errors(places, fleet))
@@ -136,7 +138,7 @@ def _fit_with_edges(fleet: FleetEvidence, places: Sequence[BadPlace]) -> tuple[B
 
 
 def _fit(fleet: FleetEvidence, places: Sequence[BadPlace]) -> tuple[BadPlace, ...]:
-    """Return places with their sizes, fitted together given any parameters of the robots."""
+    """Return places with sizes and gains, fitted together with the robots' parameters projected out."""
     edges = np.cumsum([0, *(len(place.size) for place in places)])
     information, score = np.zeros((edges[-1], edges[-1])), np.zeros(edges[-1])
     effects = [fleet.effects_of(place) for place in places]
@@ -164,7 +166,7 @@ def _fit(fleet: FleetEvidence, places: Sequence[BadPlace]) -> tuple[BadPlace, ..
 def _relocate(
     some: Sequence[BadPlace], places: Sequence[BadPlace], fleet: FleetEvidence, grid: Grid
 ) -> list[BadPlace]:
-    """Return some of the places, each located on the map of the residuals of all others, with their edges."""
+    """Return some of the places, each located on the map of residuals without the effect of all others."""
     sums = fleet.sum_effects(places)
     errors = [(place, crossing_errors([place], fleet)) for place in places]
     located = []
@@ -181,12 +183,12 @@ def _relocate(
 
 
 def _locate(place: BadPlace, near: Sequence[Evidence], others: Sequence[Array], grid: Grid) -> BadPlace:
-    """Return a place at the maximum of the likelihood around it, of the likeliest radius.
+    """Return a place at the maximum of the likelihood within `WINDOW`, with the best of `RADII`.
 
     Args:
         place: Place at its approximate position.
-        near: Recordings that come near, with their crossings there.
-        others: Effect of all other places on their residuals, `(3 S,)` of each.
+        near: Evidence of the recordings that come near, with their crossings there.
+        others: Effect of all other places on the residuals of each of these, `(3 S,)`.
         grid: Cells of the floor.
     """
     maps = {radius: score_map(near, others, grid, radius).gains()[place.effect] for radius in RADII}
@@ -196,15 +198,15 @@ def _locate(place: BadPlace, near: Sequence[Evidence], others: Sequence[Array], 
     top = np.array(np.unravel_index(int(np.argmax(gain)), gain.shape))
     top = np.clip(top, 2, np.array(gain.shape) - 3)
     shift, spread = _fit_paraboloid(maps[radius][top[0] - 2 : top[0] + 3, top[1] - 2 : top[1] + 3])
-    x, y = grid.place((float(top[0] + shift[0]), float(top[1] + shift[1])))
+    x, y = grid.position((float(top[0] + shift[0]), float(top[1] + shift[1])))
     return replace(place, x=x, y=y, reach=radius, covariance=CELL**2 * spread)
 
 
 def _fit_paraboloid(gain: Array) -> tuple[Array, Array]:
-    """Return the maximum of a paraboloid through gains `(5, 5)`, from the middle, and its covariance.
+    """Return the maximum of a paraboloid fitted to gains `(5, 5)`, from the middle, and its covariance.
 
-    Both are in cells; half of the gain is the log likelihood. The covariance includes that of a position
-    within the cell.
+    Half of the gain is the log likelihood. The covariance [cells^2] is the inverse curvature plus 1/12, the
+    variance of a uniform position within a cell.
     """
     x, y = (offset.ravel() for offset in np.meshgrid(*2 * [np.arange(-2.0, 3.0)], indexing="ij"))
     terms = np.column_stack([np.ones(25), x, y, 0.5 * x * x, x * y, 0.5 * y * y])

@@ -1,8 +1,8 @@
-"""Score maps of the floor: how much a bad place anywhere would explain, given robots and known places.
+"""Score maps of the floor: the evidence for a bad place around each cell, given robots and known places.
 
-A candidate is a disc around every cell. In it wheels lose a part of their travel (loss), or the truck creeps
-along x and y (creep). The score is the derivative of the log likelihood by the size of the effect, and the
-information its variance; a score test needs no fit (Rao, 1948).
+Each cell is the centre of a candidate, a disc in which wheels lose a part of their travel (loss), or trucks
+creep along x and y (creep). The score is the derivative of the log likelihood by the size of the effect at 0,
+and the information is its variance. The score test needs no fit (Rao, 1948).
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from omnimate.fleet.model.evidence import Evidence
     from omnimate.fleet.report import PlaceEffect
 
-SEARCH_RADIUS = 0.5  # [m] radius of the disc of a candidate that is looked for first
-MAX_RADIUS = 1.2  # [m] radius of the largest one
+SEARCH_RADIUS = 0.5  # [m] radius of a candidate before it is located (assumption)
+MAX_RADIUS = 1.2  # [m] largest radius of a place (assumption)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +40,12 @@ class Grid:
     first: tuple[int, int]
     shape: tuple[int, int]
 
-    def place(self, at: tuple[float, float]) -> tuple[float, float]:
-        """Return x and y [m] of a place, given in cells from the first one; whole numbers are centres."""
-        return (self.first[0] + at[0]) * CELL, (self.first[1] + at[1]) * CELL
+    def position(self, cell: tuple[float, float]) -> tuple[float, float]:
+        """Return x and y [m] of a point, given in cells from the first one; whole numbers are centres."""
+        return (self.first[0] + cell[0]) * CELL, (self.first[1] + cell[1]) * CELL
 
     def around(self, x: float, y: float, reach: float) -> NDArray[np.bool_]:
-        """Return which cells lie within a reach [m] of a place [m], `(X, Y)`."""
+        """Return which cells have their centre within a distance `reach` [m] of a point [m], `(X, Y)`."""
         from_x = (self.first[0] + np.arange(self.shape[0])) * CELL - x
         from_y = (self.first[1] + np.arange(self.shape[1])) * CELL - y
         distance = np.hypot(from_x[:, np.newaxis], from_y)
@@ -54,11 +54,11 @@ class Grid:
 
 @dataclass(frozen=True, slots=True)
 class ScoreMap:
-    """Scores and information of loss, creep along x and creep along y in a disc around each cell.
+    """Scores and information of all candidates.
 
     Attributes:
-        score: `(X, Y, 3)`.
-        information: Of loss, of creep along x, along x and y together, and along y, `(X, Y, 4)`.
+        score: Scores of loss, creep along x and creep along y, `(X, Y, 3)`.
+        information: Information on loss; on creep the elements xx, xy and yy, `(X, Y, 4)`.
     """
 
     score: Array
@@ -67,23 +67,24 @@ class ScoreMap:
     def gains(self) -> dict[PlaceEffect, Array]:
         """Return twice the gain in log likelihood of the best size of each effect, `(X, Y)`.
 
-        Of a loss it is chi-square with 1 degree of freedom, and 0 where wheels would gain travel, which no
-        place does; of a creep with 2 degrees.
+        Without a place, that of creep is chi-squared with 2 degrees of freedom, and that of loss with 1; it
+        is 0 where the loss would be negative.
         """
-        size, score = self.information[..., 0], self.score[..., 0]
-        loss = np.where((size > 0.0) & (score > 0.0), score**2 / np.where(size > 0.0, size, 1.0), 0.0)
+        information, score = self.information[..., 0], self.score[..., 0]
+        known = information > 0.0
+        loss = np.where(known & (score > 0.0), score**2 / np.where(known, information, 1.0), 0.0)
         xx, xy, yy = np.moveaxis(self.information[..., 1:], -1, 0)
         determinant = xx * yy - xy * xy
-        seen = determinant > 1e-9 * xx * yy
+        regular = determinant > 1e-9 * xx * yy
         x, y = self.score[..., 1], self.score[..., 2]
         creep = np.where(
-            seen, (yy * x * x - 2.0 * xy * x * y + xx * y * y) / np.where(seen, determinant, 1.0), 0.0
+            regular, (yy * x * x - 2.0 * xy * x * y + xx * y * y) / np.where(regular, determinant, 1.0), 0.0
         )
         return {"loss": loss, "creep": creep}
 
 
 def make_grid(evidence: Sequence[Evidence]) -> Grid:
-    """Return the grid that all crossings lie on, with a disc's reach around them."""
+    """Return the grid of all crossed cells, with a margin of the largest radius."""
     edge = round(MAX_RADIUS / CELL) + 2
     low = np.min([recording.crossings.cell.min(axis=0) for recording in evidence], axis=0) - edge
     high = np.max([recording.crossings.cell.max(axis=0) for recording in evidence], axis=0) + edge
@@ -92,7 +93,7 @@ def make_grid(evidence: Sequence[Evidence]) -> Grid:
 
 
 def disc_cells(reach: float) -> tuple[IntArray, Array]:
-    """Return the cells of a disc of a radius [m], as offsets `(M, 2)`, and the part of each in it, `(M,)`."""
+    """Return the cells of a disc of radius `reach` [m]: offsets `(M, 2)`, and fractions inside `(M,)`."""
     edge = round(reach / CELL) + 1
     offsets = np.array([(x, y) for x in range(-edge, edge + 1) for y in range(-edge, edge + 1)], np.int64)
     inside = fraction_inside(CELL * np.hypot(offsets[:, 0], offsets[:, 1]), reach)
@@ -105,8 +106,8 @@ def score_map(
     """Return the scores of all candidates.
 
     Args:
-        evidence: Of the recordings.
-        effects: Of known places, on the residuals of each, `(3 S,)`.
+        evidence: Evidence of the recordings.
+        effects: Effect of known places on the residuals of each recording, `(3 S,)`.
         grid: Cells of the floor.
         reach: Radius of the candidates' discs [m].
     """
@@ -144,30 +145,30 @@ def _add_recording(
     parts: Array,
 ) -> None:
     """Add one recording's scores and information to the map; `slots` is -1 everywhere, before and after."""
-    seen = np.zeros((len(segment) * len(offsets), 2), np.int64)
-    count = _number_candidates(slots, seen, cell, offsets)
-    effects = np.zeros((count, len(weighed) // 3, 4))  # of candidates on segments: loss (3), creep
+    candidates = np.zeros((len(segment) * len(offsets), 2), np.int64)
+    count = _number_candidates(slots, candidates, cell, offsets)
+    effects = np.zeros((count, len(weighed) // 3, 4))  # effects of candidates on segments: loss (3), creep
     for row in range(len(segment)):
         for number in range(len(offsets)):
             slot = slots[cell[row, 0] + offsets[number, 0], cell[row, 1] + offsets[number, 1]]
             for column in range(4):
                 effects[slot, segment[row], column] += parts[number] * rows[row, column]
     for slot in range(count):
-        x, y = seen[slot]
+        x, y = candidates[slot]
         slots[x, y] = -1
         _add_candidate(score[x, y], information[x, y], effects[slot], precision, weighed)
 
 
 @compiled
-def _number_candidates(slots: IntArray, seen: IntArray, cell: IntArray, offsets: IntArray) -> int:
-    """Number the candidates that a recording goes over, write them to `seen`, and return how many."""
+def _number_candidates(slots: IntArray, candidates: IntArray, cell: IntArray, offsets: IntArray) -> int:
+    """Number the candidates that a recording crosses, fill `candidates` with their cells, return how many."""
     count = 0
     for row in range(len(cell)):
         for number in range(len(offsets)):
             x, y = cell[row, 0] + offsets[number, 0], cell[row, 1] + offsets[number, 1]
             if slots[x, y] < 0:
                 slots[x, y] = count
-                seen[count, 0], seen[count, 1] = x, y
+                candidates[count, 0], candidates[count, 1] = x, y
                 count += 1
     return count
 

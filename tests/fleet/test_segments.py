@@ -16,7 +16,7 @@ def cut(hall, day=0, robot=0, minutes=5.0, pose_period=0.0):
 
 def true_parameters(robot, day):
     """Return by how much left and right wheel and wheelbase of truck a differ from the nominal ones."""
-    nominal, true = robot.vehicle.trucks["a"], robot.on(day, 0)[0].vehicle.trucks["a"]
+    nominal, true = robot.vehicle.trucks["a"], robot.truth_on(day, 0)[0].vehicle.trucks["a"]
     names = ("wheel_diameter_left", "wheel_diameter_right", "wheelbase")
     return np.array([getattr(true, name) / getattr(nominal, name) - 1.0 for name in names])
 

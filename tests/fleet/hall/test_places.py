@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from omnimate.fleet.hall.places import Place, creep_on_slopes, lose_on_places, place_records
+from omnimate.fleet.hall.places import Place, creep_on_slopes, lose_travel, place_records
 from omnimate.vcan_sim.constants import constants_of
 from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.records import State
@@ -17,7 +17,7 @@ def drive_straight(places, sides, constants, states, steps, step):
     for _ in range(steps):
         states[0].travel[0] = step
         states[0].travel[1] = step
-        lose_on_places(places, sides, constants[0], states[0])
+        lose_travel(places, sides, constants[0], states[0])
         states[0].pose[0, 0] += 0.5 * (states[0].travel[0] + states[0].travel[1])
         creep_on_slopes(places, constants[0], states[0])
 

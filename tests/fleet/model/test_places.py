@@ -90,7 +90,7 @@ def test_the_score_of_a_candidate_is_that_of_the_place_at_its_cell(evidence):
     scores = score_map(some, [np.zeros(len(recording.residual)) for recording in some], grid)
     x, y = (int(at) for at in np.unravel_index(np.argmax(scores.information[..., 0]), grid.shape))
     nothing = np.zeros(1)
-    place = BadPlace("loss", *grid.place((x, y)), SEARCH_RADIUS, np.eye(2), nothing, nothing, 0.0, 0)
+    place = BadPlace("loss", *grid.position((x, y)), SEARCH_RADIUS, np.eye(2), nothing, nothing, 0.0, 0)
     effects = FleetEvidence(some).effects_of(place)
     weighed = {number: some[number].floor_precision @ effect for number, effect in effects.items()}
     score = sum(float((weighed[number].T @ some[number].residual)[0]) for number in effects)
