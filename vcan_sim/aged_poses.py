@@ -1,4 +1,4 @@
-"""Poses as a measuring system reports them: of its reference, and of an earlier time if its clock is late."""
+"""Poses as a measuring system reports them: of its reference point, and with latency or clock drift."""
 
 from __future__ import annotations
 
@@ -19,7 +19,12 @@ if TYPE_CHECKING:
 
 
 class AgedPoses:
-    """The true poses of all trucks, as far back as they may still be reported."""
+    """The true poses of all trucks, from the oldest that may still be reported to the latest.
+
+    Args:
+        effects: Effects on the measured poses.
+        start_time: Time at the start of the drive [s].
+    """
 
     def __init__(self, effects: Iterable[Effect], start_time: float) -> None:
         effects = tuple(effects)
@@ -29,14 +34,14 @@ class AgedPoses:
         self._past: deque[tuple[float, Array]] = deque()
 
     def add(self, time: float, poses: Array) -> None:
-        """Add the poses `(T, 3)` of a time [s], and drop those too old to be reported."""
+        """Add the true poses `(T, 3)` at a time [s], and remove those too old to be reported."""
         self._past.append((time, poses.copy()))
         oldest = time - self._age(time) if self._effects else time
         while len(self._past) > 2 and self._past[1][0] <= oldest:
             self._past.popleft()
 
     def reported(self, truck: int) -> Array:
-        """Return the pose `(3,)` of a truck's reference that is reported now."""
+        """Return the pose `(3,)` of a truck's reference point that is reported at the time added last."""
         pose = self._delayed(truck)
         for effect in self._offsets:
             if TRUCK.index(effect.component) == truck:
@@ -44,7 +49,7 @@ class AgedPoses:
         return pose
 
     def _delayed(self, truck: int) -> Array:
-        """Return the pose `(3,)` of a truck at the time of which poses are reported now."""
+        """Return the delayed pose `(3,)` of a truck."""
         now, poses = self._past[-1]
         if not self._effects:
             return np.array(poses[truck])

@@ -1,7 +1,7 @@
-"""The signal path of a robot with effects: at each stage the plant's own physics, then the effects.
+"""The signal path of a robot with effects: at each stage the nominal physics of the plant, then the effects.
 
-The stages and their order are those of `effects.stages`. Here effects get blocks of one step, and in a
-diagnosis the whole of a recording: both run the same code of an effect.
+The stages and their order are those of `effects.stages`. Effects get blocks of one step here, and blocks of a
+whole recording in a diagnosis, by the same code.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.se2 import Array
 
-PAUSE = 1.0  # [s] without SYNC that counts as a pause, not as a late SYNC (assumption)
+PAUSE = 1.0  # [s] without SYNC from which `time` is set to the clock (assumption)
 
 
 class AlteredPath:
-    """The step of a robot with effects, and the states of these.
+    """The step of a robot with effects, with the states of the effects.
 
     Attributes:
         time: Time at the end of the last step [s].
@@ -46,11 +46,11 @@ class AlteredPath:
         """Begin at rest.
 
         Args:
-            vehicle: Nominal vehicle; the size of its wheels makes the speeds that effects get.
+            vehicle: Nominal vehicle; its wheel radii give the wheel speeds [m/s] in the blocks of effects.
             constants: Constants of the true robot.
             effects: Effects that act; at one stage they act in this order.
             start_time: Time at the start [s].
-            clock: Clock that `time` catches up with [s] after a pause without SYNC; none by default.
+            clock: Clock to which `time` is set after a `PAUSE` without SYNC [s]; none by default.
         """
         self.time = start_time
         self._clock = clock
@@ -60,7 +60,7 @@ class AlteredPath:
         self._states: dict[Stage, list[Any]] = {
             stage: [None] * len(acting) for stage, acting in self._effects.items()
         }
-        self._work: dict[Stage, Callable[[Record, Record, Block], Block]] = {
+        self._stage_steps: dict[Stage, Callable[[Record, Record, Block], Block]] = {
             "encoder": self._count,
             "travel": self._travel,
             "body": self._move,
@@ -75,11 +75,11 @@ class AlteredPath:
         self._channels = sorted({LINKAGE.index(effect.component) for effect in self._effects["reading"]})
         self._poses = AgedPoses(self._effects["poses"], start_time)
 
-    def first(self, state: Record, period: float) -> None:
-        """Apply effects to the readings before the first step; effects with a state start after it."""
+    def apply_to_first_readings(self, state: Record, period: float) -> None:
+        """Apply effects to the readings before the first step, without changing the states of the effects."""
         if self._channels:
             block = self._block(state, np.zeros(2 * self._trucks), period)
-            self._show(state, block, [None] * len(self._effects["reading"]))
+            self._quantise_readings(state, block, [None] * len(self._effects["reading"]))
         self._poses.add(self.time, state[0]["pose"])
 
     def advance(self, state: Record, obstacles: Record, command: Array, period: float) -> None:
@@ -89,10 +89,10 @@ class AlteredPath:
         self._advance_time(period)
         block = self._block(state, before, period)
         for stage in self._effects:
-            block = self._work[stage](state, obstacles, block)
+            block = self._stage_steps[stage](state, obstacles, block)
 
     def pose(self, truck: int) -> Array:
-        """Return the pose `(3,)` of a truck that is reported now: the pose of an earlier time."""
+        """Return the pose `(3,)` of a truck that is reported now: with latency, that of an earlier time."""
         return self._poses.reported(truck)
 
     def _advance_time(self, period: float) -> None:
@@ -108,7 +108,7 @@ class AlteredPath:
         return block
 
     def _block(self, state: Record, speed_before: Array, period: float) -> Block:
-        """Return a block of the step that the wheels have just turned."""
+        """Return a block of one step, after the wheels have turned and before the trucks move."""
         robot, wheels = state[0], 2 * self._trucks
         speed, travel = robot["speed"][:wheels], robot["travel"][:wheels]
         wheelbase = self._constants["wheelbase"][: self._trucks]
@@ -167,7 +167,7 @@ class AlteredPath:
         return block
 
     def _move(self, state: Record, _obstacles: Record, block: Block) -> Block:
-        """Move the trucks along the arcs of their wheels, or along these arcs as effects change them."""
+        """Move the trucks along the arcs of their wheels' travel, changed by effects."""
         robot = state[0]
         if not self._effects["body"]:
             move(self._constants, robot)
@@ -182,7 +182,7 @@ class AlteredPath:
         settle(self._constants, state[0])
         if self._channels:
             read = replace(block, reading=self._reading(state))
-            self._states["reading"] = self._show(state, read, self._states["reading"])
+            self._states["reading"] = self._quantise_readings(state, read, self._states["reading"])
         return block
 
     def _add_poses(self, state: Record, _obstacles: Record, block: Block) -> Block:
@@ -190,16 +190,16 @@ class AlteredPath:
         self._poses.add(self.time, state[0]["pose"])
         return block
 
-    def _show(self, state: Record, block: Block, states: Sequence[Any]) -> list[Any]:
-        """Quantise the linkage's readings as effects change them; return the effects' states."""
-        true, shown, after = block.reading[0], block, []
+    def _quantise_readings(self, state: Record, block: Block, states: Sequence[Any]) -> list[Any]:
+        """Set the counts of the linkage from its readings with effects; return the effects' states."""
+        true, changed, after = block.reading[0], block, []
         for effect, before in zip(self._effects["reading"], states, strict=True):
-            shown, next_state = effect.act(shown, before)
+            changed, next_state = effect.act(changed, before)
             after.append(next_state)
         constants, (joints, length) = self._constants, self._measured(state)
         measured = (*joints, length)
         for channel in self._channels:
-            value = measured[channel] + (shown.reading[0, channel] - true[channel])
+            value = measured[channel] + (changed.reading[0, channel] - true[channel])
             offset, scale = constants["offset"][4 + channel], constants["scale"][4 + channel]
             state[0]["counts"][4 + channel] = math.floor(offset + scale * value + 0.5)
         return after

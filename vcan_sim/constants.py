@@ -1,4 +1,4 @@
-"""From a true robot, its owner's file and a floor to the records of the plant."""
+"""The records of the plant, from a true robot, its nominal `vehicle.toml` and a floor."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def constants_of(truth: Truth, vehicle: VehicleParameters) -> Record:
 
 
 def _first_count(encoder: Encoder, generator: np.random.Generator) -> float:
-    """Return the counts at angle 0: random for a wheel, whose encoder has no zero."""
+    """Return the counts at angle 0: random for a wheel, whose encoder has no zero; else its `zero`."""
     if encoder.channel in WHEELS:
         span = min(encoder.wrap_range, 2**32)
         return float(generator.uniform(-0.5, 0.5) * span) + (0.0 if encoder.signed else 0.5 * span)
@@ -54,7 +54,7 @@ def _first_count(encoder: Encoder, generator: np.random.Generator) -> float:
 
 
 def obstacles_of(bumps: tuple[Bump, ...], vehicle: VehicleParameters) -> Record:
-    """Return one record per bump and wheel that may meet it, `(K,)`."""
+    """Return the `Obstacle` records `(K,)`: one for each bump and each wheel that may cross it."""
     obstacles = []
     for bump in bumps:
         wheels = vehicle.wheels if bump.wheel is None else (bump.wheel,)

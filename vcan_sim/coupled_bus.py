@@ -1,8 +1,8 @@
 """A bus in one thread: the simulated vehicle answers within the master's `send`.
 
-python-can's virtual bus needs a thread for the vehicle, and two changes of thread per SYNC; on shared
-cores these cost more than the simulation. Here nothing waits and nothing is copied, so that a run is
-as fast as its own code and the same each time.
+python-can's virtual bus needs a thread for the vehicle, and two context switches per SYNC, which take more
+time than the simulation. Here there are neither threads nor copies of frames, and each run gives the same
+frames.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 
 class _VehicleEnd(can.BusABC):
-    """What the vehicle sends, kept for the master."""
+    """The vehicle's end of the bus: a queue of the frames that it sends."""
 
     def __init__(self) -> None:
         self.sent: deque[can.Message] = deque()
         super().__init__(channel="coupled")
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        """Keep a frame."""
+        """Append a frame to the queue, with a time stamp."""
         del timeout
         msg.timestamp = time.time()
         self.sent.append(msg)
@@ -45,8 +45,8 @@ class _VehicleEnd(can.BusABC):
 class CoupledBus(can.BusABC):
     """The master's end of a simulated vehicle's bus, for one thread.
 
-    On the clock "sync" the vehicle does all it has to do within `send`; on the clock "wall" it also needs
-    `simulated.poll()` when a timer ends (`simulated.wait`).
+    With the clock "sync" the vehicle acts only within `send`. With the clock "wall", `simulated.poll()` must
+    also be called when a timer ends (`simulated.wait`).
 
     Attributes:
         simulated: Simulated vehicle at the other end of the bus.
@@ -63,8 +63,8 @@ class CoupledBus(can.BusABC):
         """Build the vehicle; its boot-up messages wait to be received.
 
         Raises:
-            SimulationError: No device can be as the vehicle's parameters ask.
-            FaultError: A fault is of a node that the vehicle does not have.
+            SimulationError: The vehicle's parameters cannot be realised by the simulated devices.
+            FaultError: The vehicle does not have the node of a fault.
         """
         self._end = _VehicleEnd()
         self.simulated = SimulatedVehicle(vehicle, plant, self._end, clock, faults, wheel_speeds)
@@ -77,7 +77,7 @@ class CoupledBus(can.BusABC):
         self.simulated.receive(msg)
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
-        """Return the next frame; without one, the time is waited out, as on a silent bus.
+        """Return the next frame; without one, wait for `timeout` [s] and return None.
 
         Raises:
             can.CanOperationError: No frame waits, and the time is not limited.
@@ -85,7 +85,7 @@ class CoupledBus(can.BusABC):
         if self._end.sent:
             return self._end.sent.popleft()
         if timeout is None:
-            raise can.CanOperationError("no frame can come without one being sent; receive with a timeout")
+            raise can.CanOperationError("no frame can arrive before one is sent; receive with a timeout")
         if timeout > 0.0:
             time.sleep(timeout)
         return None

@@ -7,11 +7,11 @@ from omnimate.vehicle.errors import OmnimateError
 
 
 class SimulationError(OmnimateError):
-    """A simulated vehicle that cannot be built or cannot run as asked."""
+    """A simulation that cannot be set up, or cannot continue."""
 
 
 class FaultError(SimulationError):
-    """A device fault that cannot be understood or does not fit the vehicle.
+    """A text of a device fault that cannot be parsed, or a fault that the vehicle cannot have.
 
     Attributes:
         fault: Fault as it was written.
@@ -23,7 +23,7 @@ class FaultError(SimulationError):
 
 
 class BumpError(SimulationError):
-    """A bump that cannot be understood.
+    """A text of a bump that cannot be parsed.
 
     Attributes:
         text: The bump as it was written.
@@ -35,7 +35,7 @@ class BumpError(SimulationError):
 
 
 class HubError(SimulationError):
-    """A hub that cannot serve where it was asked to.
+    """A hub that cannot listen on its address.
 
     Attributes:
         host: Address on which the hub was to listen.

@@ -1,4 +1,4 @@
-"""Which fault begins and ends when, on the devices' clock."""
+"""The schedule of device faults: their beginnings and ends on the devices' clock."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class FaultSchedule:
 
     def __init__(self, devices: Mapping[int, Device], faults: Iterable[DeviceFault]) -> None:
         self._devices = devices
-        self._order = count()  # faults of one instant keep the order in which they were given
+        self._order = count()  # order of the events of one time
         self._events: list[tuple[float, int, bool, DeviceFault]] = []
         self.due = math.inf
         for fault in faults:
@@ -33,7 +33,7 @@ class FaultSchedule:
             self._add(fault.at, fault, begins=True)
 
     def check(self, fault: DeviceFault) -> None:
-        """Raise FaultError where the fault's node is not on the bus."""
+        """Raise FaultError if the fault's node is not on the bus."""
         if fault.node not in self._devices:
             nodes = ", ".join(str(node) for node in self._devices)
             raise FaultError(
@@ -42,13 +42,13 @@ class FaultSchedule:
             )
 
     def begin(self, fault: DeviceFault, now: float) -> None:
-        """Let a fault begin now, whatever time it is planned for."""
+        """Begin a fault now [s], without regard to its `at`, and schedule its end."""
         fault.begin(self._devices[fault.node], now)
         if fault.duration < math.inf:
             self._add(now + fault.duration, fault, begins=False)
 
     def run(self, now: float) -> None:
-        """Begin and end the faults that are due until now [s]."""
+        """Begin and end the faults whose times have passed [s]."""
         while self._events and self._events[0][0] <= now:
             _, _, begins, fault = heapq.heappop(self._events)
             if begins:

@@ -1,4 +1,4 @@
-"""Faults of devices: one small class for each, all of them in `FAULTS`, and their text.
+"""Faults of devices: one class for each, all in `FAULTS`, and the parser of their texts.
 
 `reboot:node=2,at=30` is the fault `reboot` of node 2 at 30 s. Most faults change the device's `Disturbance`
 while they last, and name the fields that they change.
@@ -24,7 +24,7 @@ _BOUNDS = {"node": (1.0, 127.0), "at": (0.0, math.inf), "duration": (0.0, math.i
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeviceFault:
-    """What all faults of devices have in common.
+    """Base class of the faults of devices.
 
     Attributes:
         node: Node id of the device.
@@ -67,7 +67,7 @@ class Silence(DeviceFault):
     name = "silence"
 
     def changes(self) -> dict[str, Any]:
-        """Cut the line."""
+        """Set `silent`."""
         return {"silent": True}
 
 
@@ -80,7 +80,7 @@ class Reboot(DeviceFault):
     duration: float = 0.3
 
     def changes(self) -> dict[str, Any]:
-        """Take the power away."""
+        """Set `off`."""
         return {"off": True}
 
     def begin(self, device: Device, now: float) -> None:
@@ -89,7 +89,7 @@ class Reboot(DeviceFault):
         DeviceFault.begin(self, device, now)
 
     def end(self, device: Device, now: float) -> None:
-        """Give the power back, and let the device boot."""
+        """Switch the device on again; it boots."""
         DeviceFault.end(self, device, now)
         device.reset(now)
 
@@ -108,7 +108,7 @@ class WrongLength(DeviceFault):
     length: int = 3
 
     def changes(self) -> dict[str, Any]:
-        """Change the length."""
+        """Set `length`."""
         return {"length": self.length}
 
 
@@ -117,7 +117,7 @@ class EmergencyMessage(DeviceFault):
     """The device reports an error by EMCY, and reports its end.
 
     Attributes:
-        code: Error code of the EMCY message; 5000h (device hardware) unless another is given.
+        code: Error code of the EMCY message; by default 5000h (device hardware).
     """
 
     name = "emcy"
@@ -138,12 +138,12 @@ class EmergencyMessage(DeviceFault):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrozenCounter(DeviceFault):
-    """The device answers in time with its last data, as with a broken disc."""
+    """The device answers in time, but with its last data, as with a broken encoder disc."""
 
     name = "frozen"
 
     def changes(self) -> dict[str, Any]:
-        """Repeat the last values."""
+        """Set `frozen`."""
         return {"frozen": True}
 
 
@@ -153,7 +153,7 @@ class Babbling(DeviceFault):
 
     Attributes:
         frames: Number of frames in one burst.
-        every: Time between two bursts [s]; on a clock of SYNCs there is at most one burst per SYNC.
+        every: Time between two bursts [s]; with the clock "sync" there is at most one burst per SYNC.
         cob_id: COB-ID of the frames; None for the device's own PDO.
         data: Data of the frames, as hexadecimal digits; None for the last data of the PDO.
     """
@@ -167,18 +167,18 @@ class Babbling(DeviceFault):
     data: str | None = None
 
     def changes(self) -> dict[str, Any]:
-        """Flood the bus."""
+        """Set `babble`."""
         data = None if self.data is None else bytes.fromhex(self.data)
         return {"babble": Babble(self.frames, self.every, self.cob_id, data)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClockJitter(DeviceFault):
-    """Some answers to SYNC come late; on a clock of SYNCs, after the next one.
+    """Some answers to SYNC are late; with the clock "sync" they follow the next SYNC.
 
     Attributes:
-        late_by: Time by which a late answer is late [s].
-        late_every: Number of answers of which one is late.
+        late_by: Delay of a late answer [s].
+        late_every: One of this number of answers is late.
     """
 
     name = "jitter"
@@ -188,7 +188,7 @@ class ClockJitter(DeviceFault):
     late_every: int = 2
 
     def changes(self) -> dict[str, Any]:
-        """Hold answers back."""
+        """Set `late_by` and `late_every`."""
         return {"late_by": self.late_by, "late_every": self.late_every}
 
 

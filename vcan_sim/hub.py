@@ -23,12 +23,14 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_START_DELAY = 0.1  # [s] after the last `< ok >`, which python-can reads alone; assumption: a local network
-_MAX_UNREAD = 4 * 1024 * 1024  # [byte]; some 90 thousand frames, or 10 s of a full bus of 1 Mbit/s
+_START_DELAY = (
+    0.1  # [s] without frames after the last `< ok >`, which python-can must read alone (assumption)
+)
+_MAX_UNREAD = 4 * 1024 * 1024  # [byte] about 90 000 frames, or 10 s of a fully loaded bus of 1 Mbit/s
 
 
 class HubBus(can.BusABC):
-    """The hub as a python-can bus, for one participant in the hub's own event loop; it never waits."""
+    """The hub as a python-can bus, for one participant in the hub's event loop; no call blocks."""
 
     def __init__(self, hub: Hub, on_frame: Callable[[], None]) -> None:
         self._frames: deque[can.Message] = deque()
@@ -89,10 +91,10 @@ class HubClient(asyncio.Protocol):
             self._refuse(error)
 
     def _acknowledge(self) -> None:
-        """Acknowledge at once where the system can; the option holds for one acknowledgement.
+        """Acknowledge at once if the system has TCP_QUICKACK, which must be set for each acknowledgement.
 
-        Clients that leave Nagle's algorithm on hold a frame back until the one before is acknowledged,
-        40 ms later; python-can's player has closed its connection by then, and its last frame is lost.
+        A client with Nagle's algorithm delays a frame until the previous one is acknowledged, up to 40 ms
+        later. python-can's player has then closed its connection, and its last frame is lost.
         """
         if self._transport is not None and hasattr(socket, "TCP_QUICKACK"):
             connection = self._transport.get_extra_info("socket")
@@ -112,7 +114,7 @@ class HubClient(asyncio.Protocol):
                 _log.warning("client %s: remote frames do not pass the socketcand protocol", self.name)
                 return
             self._hub.broadcast(message, self)
-            self._flush()  # it has read the last `< ok >`
+            self._flush()  # a client that sends frames has read the last `< ok >`
         else:
             self._answer(command)
 
@@ -147,7 +149,7 @@ class HubClient(asyncio.Protocol):
     # Frames
 
     def send(self, data: bytes) -> None:
-        """Send a frame, together with others that come in the same round of the event loop."""
+        """Send a frame, together with others of the same iteration of the event loop."""
         if self._raw and self._transport is not None:
             self._outbox.append(data)
             if self._flush_due is None:
@@ -191,7 +193,7 @@ class Hub:
         self._server: asyncio.Server | None = None
 
     async def start(self, host: str, port: int) -> int:
-        """Listen; return the port, which the system chooses where `port` is 0.
+        """Listen; return the port, which the system chooses if `port` is 0.
 
         Raises:
             HubError: The address cannot be listened on.
@@ -213,7 +215,7 @@ class Hub:
             self._server = None
 
     def attach(self, on_frame: Callable[[], None]) -> HubBus:
-        """Return a bus for a participant in this event loop; `on_frame` is called when a frame has come."""
+        """Return a bus for a participant in this event loop; `on_frame` is called for each received frame."""
         bus = HubBus(self, on_frame)
         self._attached.append(bus)
         return bus
@@ -228,7 +230,7 @@ class Hub:
             self.clients.remove(client)
 
     def broadcast(self, message: can.Message, sender: object) -> None:
-        """Stamp a frame with the time, and send it to all participants but its sender."""
+        """Set the time stamp of a frame, and send it to all participants except its sender."""
         message.timestamp = time.time()
         data = format_frame(message)
         for client in self.clients:

@@ -9,10 +9,10 @@ Problem = Callable[[str], Exception]
 
 
 class Kind(NamedTuple):
-    """How a value is read.
+    """A type of values and its parser.
 
     Attributes:
-        read: Function from the text to the value; raises `ValueError` where it cannot be read.
+        read: Function from the text to the value; raises `ValueError` if the text is invalid.
         expected: What the text should be, for the error message.
     """
 
@@ -31,8 +31,11 @@ def read_values(text: str, kinds: Mapping[str, Kind], problem: Problem) -> dict[
 
     Args:
         text: Pairs of `key=value` with commas between them; empty for no values.
-        kinds: Kind of the value of every key that may be given.
-        problem: Function from the description of a problem to the error that is raised for it.
+        kinds: The allowed keys, each with the kind of its value.
+        problem: Makes the error that is raised, from the description of the problem.
+
+    Raises:
+        Exception: The result of `problem`, for an unknown key or an invalid value.
     """
     values: dict[str, object] = {}
     for pair in filter(None, text.split(",")):

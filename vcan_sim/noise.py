@@ -1,6 +1,7 @@
-"""Random numbers that are a function of a seed, a stream and a place in this stream.
+"""Random numbers as a function of a seed, a stream and an index in this stream (counter-based).
 
-Therefore a vehicle that is stepped live drives on the same floor as one that is simulated without a bus.
+A vehicle that is stepped live therefore has the same noise of the floor as one that is simulated without a
+bus.
 """
 
 import math
@@ -9,7 +10,7 @@ import numpy as np
 
 from omnimate.vehicle.compiled import compiled
 
-FLOOR, SONAR = range(2)  # streams; truck b's begin at STREAMS
+FLOOR, SONAR = range(2)  # numbers of the streams of truck a; for truck b, STREAMS is added
 STREAMS = 2
 
 # Constants of splitmix64: Steele, Lea & Flood, "Fast splittable pseudorandom number generators", 2014.
@@ -39,10 +40,10 @@ def normal_pair(seed: int, stream: int, index: int) -> tuple[float, float]:
     Args:
         seed: Seed of the whole simulation.
         stream: Number of the source of noise.
-        index: Place in the stream, from 0.
+        index: Index in the stream, from 0; one for each pair.
     """
     start = _mix(_mix(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
-    place = start + np.uint64(2 * index) * _GOLDEN
-    radius = math.sqrt(-2.0 * math.log(_uniform(_mix(place))))
-    angle = 2.0 * math.pi * _uniform(_mix(place + _GOLDEN))
+    state = start + np.uint64(2 * index) * _GOLDEN
+    radius = math.sqrt(-2.0 * math.log(_uniform(_mix(state))))
+    angle = 2.0 * math.pi * _uniform(_mix(state + _GOLDEN))
     return radius * math.cos(angle), radius * math.sin(angle)

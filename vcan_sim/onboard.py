@@ -15,11 +15,11 @@ class Odometry:
 
     Attributes:
         started: 1 after the first sample.
-        counts: Counts of truck a's wheels at the last sample.
-        scale: Metres per count of truck a's wheels [m].
+        counts: Unwrapped counts of truck a's wheels at the last sample.
+        scale: Travel per count of truck a's wheels [m].
         wheelbase: Nominal wheelbase of truck a [m].
-        pose: Pose of truck a by dead reckoning.
-        joint_scale: Radians per count of the joints, metres per count of the link.
+        pose: Pose of truck a by dead reckoning [m, m, rad].
+        joint_scale: Angle per count of joint_a and joint_b [rad], and length per count of the link [m].
         joint_zero: Counts of the joints at angle 0, and of the link at its length at rest.
         link_length: Nominal length of the link at rest [m].
     """
@@ -49,10 +49,13 @@ def odometry_of(vehicle: "VehicleParameters") -> Record:
 
 
 @compiled
-def see(
+def update_odometry(
     odometry: Odometry, counts: IntArray
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Return the pose of truck a by dead reckoning, and the linkage's readings, from one sample's counts."""
+    """Update odometry with the counts `(7,)` of one sample.
+
+    Return the pose of truck a [m, m, rad], and the readings of the joints [rad] and the link [m].
+    """
     if odometry.started:
         left = (counts[0] - odometry.counts[0]) * odometry.scale[0]
         right = (counts[1] - odometry.counts[1]) * odometry.scale[1]

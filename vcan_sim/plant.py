@@ -27,14 +27,14 @@ Pose = tuple[float, float, float]
 
 
 class Plant:
-    """One robot on one floor; advances one step per SYNC.
+    """The mechanics of one robot on one floor; it advances one step per SYNC.
 
     Args:
         truth: True robot.
-        vehicle: Nominal robot, whose encoders count.
-        start: True pose of truck a; truck b is behind it in line, at the link's length at rest.
-        start_time: Start on the clock of effects that act at a time [s].
-        clock: Clock that this time keeps up with after a pause without SYNC [s]; none by default.
+        vehicle: Nominal robot, whose encoders give the counts.
+        start: True pose of truck a [m, m, rad]; truck b is straight behind it, at the link's length at rest.
+        start_time: Time at the start, for effects that depend on time [s].
+        clock: Clock to which this time is set after a pause without SYNC [s]; none by default.
     """
 
     def __init__(
@@ -50,18 +50,18 @@ class Plant:
         self.constants = constants_of(truth, vehicle)
         self.obstacles = obstacles_of(truth.floor.bumps, truth.vehicle)
         self.state = record(State)
-        self._place(start)
+        self._set_start(start)
         self._altered: AlteredPath | None = None
         _, effects = split_biases(truth.effects)  # the biases are in the constants
         if effects:
             self._altered = AlteredPath(vehicle, self.constants, effects, start_time, clock)
-            self._altered.first(self.state, vehicle.bus.sync_period)
+            self._altered.apply_to_first_readings(self.state, vehicle.bus.sync_period)
         self._counters = [_counter(encoder) for encoder in vehicle.encoders]
         self._command = np.zeros(4)
         self._wheels = len(vehicle.wheels)
         self._fixes = 0
 
-    def _place(self, start: Pose) -> None:
+    def _set_start(self, start: Pose) -> None:
         robot = self.state[0]
         robot["lap"] = -1
         robot["pose"][0] = start
@@ -72,7 +72,7 @@ class Plant:
         read_linkage(self.constants[0], robot)
 
     def step(self, wheel_speeds: Sequence[float], dt: float) -> None:
-        """Advance by a time [s] with the commanded speeds [rad/s] in the order of `vehicle.wheels`.
+        """Advance by `dt` [s] with commanded wheel speeds [rad/s] in the order of `vehicle.wheels`.
 
         Raises:
             ValueError: A speed is not a finite number, or there are too few or too many.
@@ -83,7 +83,7 @@ class Plant:
         self.advance(self._command, dt)
 
     def advance(self, command: Array, dt: float) -> None:
-        """Advance as `step` does, unchecked, with commands `(4,)` [rad/s]."""
+        """Advance like `step`, without checks, with commands `(4,)` [rad/s]."""
         if self._altered is None:
             advance(self.constants, self.state, self.obstacles, command, dt)
         else:
@@ -95,13 +95,13 @@ class Plant:
         return tuple((counts[column] + half) % span - half for column, half, span in self._counters)
 
     def pose(self, truck: TruckName) -> Array:
-        """Return the true pose of a truck, `(3,)`, heading unwrapped."""
+        """Return the true pose of a truck [m, m, rad], `(3,)`, with unwrapped heading."""
         return np.array(self.state["pose"][0][_index(truck)])
 
     def fix(self, truck: TruckName) -> tuple[Array, Array]:
-        """Measure a truck by sonar: pose `(3,)` and sigma `(3,)`, nan where no wall is in view.
+        """Return a truck's pose `(3,)` by sonar, and its sigma `(3,)` [m, m, rad]; nan if no wall is in view.
 
-        With latency or clock drift of the poses, it is the pose of some time ago.
+        With effects of latency or clock drift it is the pose of an earlier time.
         """
         stream = _index(truck) * STREAMS + SONAR
         first = normal_pair(self.truth.seed, stream, 2 * self._fixes)
@@ -111,7 +111,7 @@ class Plant:
         return self.truth.sonar.fix(pose, np.array([*first, second[0]]))
 
     def begin_lap(self, lap: int | None) -> None:
-        """Set the lap that begins, for its bumps; None when one has ended."""
+        """Set the number of the current lap, for bumps of a lap; None between laps."""
         begin_lap(self.state, -1 if lap is None else lap)
 
     @property
@@ -135,6 +135,6 @@ def _index(truck: TruckName) -> int:
 
 
 def _counter(encoder: Encoder) -> tuple[int, int, int]:
-    """Return a channel's column in the state, and the range of its counter, from -half."""
+    """Return (column in the state, half, range) of an encoder: it counts from -half to range - half - 1."""
     span = encoder.wrap_range
     return CHANNELS.index(encoder.channel), span // 2 if encoder.signed else 0, span

@@ -20,8 +20,8 @@ class Constants:
         roughness: Roughness of the floor [m/sqrt(m)].
         scale: Counts per radian, and for the link per metre, of each channel, with the encoder's sign.
         offset: Counts of each channel at angle 0, and for the link at its nominal length.
-        joint_bias: Angle that each joint reads too much [rad].
-        link_zero: Length at which the link reads its offset [m].
+        joint_bias: Reading of each joint minus its true angle [rad].
+        link_zero: Length of the link at which its count is the offset [m].
         shortest: Length of the link at the slider's inner end stop [m].
         longest: Length of the link at the slider's outer end stop [m].
     """
@@ -41,7 +41,7 @@ class Constants:
 
 
 class State:
-    """State of a robot, which each step changes.
+    """State of a robot, changed by each step.
 
     Attributes:
         steps: Number of steps since the start.
@@ -49,9 +49,10 @@ class State:
         turned: Angle by which each wheel turned in this step [rad].
         angle: Angle of each wheel since the start [rad].
         travel: Travel of each wheel over the ground in this step [m].
-        rolled: Distance rolled by each wheel since the start, and since the lap began [m].
+        rolled: Distance rolled by each wheel, in either direction, since the start and since the lap began
+            [m].
         lap: Number of the lap that is being driven; -1 between laps.
-        pose: True pose of each truck.
+        pose: True pose of each truck [m, m, rad].
         joint: True angles of the joints, unwrapped [rad].
         length: True length of the link [m].
         end_stop: 1 after the slider was at its end stop.
@@ -73,11 +74,11 @@ class State:
 
 
 class Obstacle:
-    """A bump as seen by one wheel.
+    """A bump and one wheel that may cross it.
 
     Attributes:
         wheel: Number of the wheel.
-        scheduled: 1 where the obstacle is put under the wheel, 0 where it lies on the floor.
+        scheduled: 1 for an obstacle put under the wheel, 0 for one that lies on the floor.
         lap: Number of the lap in which the obstacle is put there; -1 for the whole drive.
         after: Rolled distance at which the wheel encounters the obstacle [m].
         x: Place of the obstacle on the floor, x [m].
@@ -86,7 +87,7 @@ class Obstacle:
         lost: Distance that is rolled but not travelled in one crossing [m].
         span: Distance that is rolled in one crossing [m].
         remaining: Distance to roll until the end of the present crossing [m].
-        encountered: 1 while the wheel is on the obstacle; 1 for good once it is on a scheduled one.
+        encountered: 1 while the wheel is on the obstacle; for a scheduled one, 1 from the first contact on.
     """
 
     wheel: int

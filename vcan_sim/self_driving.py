@@ -1,4 +1,4 @@
-"""A simulated robot that drives by itself: its own odometry, a program, and the sonar at its stops."""
+"""A simulated robot that drives a program by its odometry, with sonar poses at its stops."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from omnimate.motion.journal import Journal
 from omnimate.motion.runner import Runner
-from omnimate.vcan_sim.onboard import odometry_of, see
+from omnimate.vcan_sim.onboard import odometry_of, update_odometry
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 class SelfDriving:
-    """Gives wheel speeds in the drives' place, SYNC by SYNC; 0 after the end of the program.
+    """Source of wheel speeds for each SYNC, in place of the drives; 0 after the end of the program.
 
     Attributes:
-        journal: Laps and fixes so far, on the clock given.
-        runner: Present state of the program.
+        journal: Laps and measured poses so far, with times of `clock`.
+        runner: State of the program.
         odometry: Odometry record `(1,)` of the robot.
     """
 
@@ -35,7 +35,7 @@ class SelfDriving:
         clock: Callable[[], float] = lambda: 0.0,
         on_fix: Callable[[Journal], None] = lambda _journal: None,
     ) -> None:
-        """Begin a program at the present pose of the plant.
+        """Begin a program at the current pose of the plant.
 
         Args:
             vehicle: Nominal robot.
@@ -55,12 +55,12 @@ class SelfDriving:
         if self.runner.done:
             return (0.0,) * len(self._vehicle.wheels)
         now = self._clock()
-        speeds = self.runner.step(*see(self.odometry[0], self._plant.state["counts"][0]))
+        speeds = self.runner.step(*update_odometry(self.odometry[0], self._plant.state["counts"][0]))
         self.update(now)
         return speeds
 
     def update(self, now: float) -> None:
-        """Update the journal; where a fix is due, measure it and start odometry from it, U III-C 1)."""
+        """Update the journal at a time [s]; if a fix is due, set odometry to a measured pose, U III-C 1)."""
         lap = self.journal.lap
         self.journal.observe(now, self.runner)
         if self.journal.lap != lap:

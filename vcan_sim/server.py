@@ -1,4 +1,4 @@
-"""A simulated vehicle whose bus other processes join: hub and vehicle in one event loop."""
+"""A simulated vehicle on a bus for other processes: hub and vehicle in one event loop."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class BusServer:
             self._bus.shutdown()
 
     def _poll(self) -> None:
-        """Let the vehicle answer, and come back when its next timer ends."""
+        """Process waiting frames and due timers, and schedule the next call."""
         self.simulated.poll()
         if self._timer is not None:
             self._timer.cancel()
@@ -86,8 +86,8 @@ def serve(
 
     Raises:
         HubError: The address cannot be listened on.
-        SimulationError: No device can be as the vehicle's parameters ask.
-        FaultError: A fault is of a node that the vehicle does not have.
+        SimulationError: The vehicle's parameters cannot be realised by the simulated devices.
+        FaultError: The vehicle does not have the node of a fault.
     """
     server = BusServer(vehicle, plant, faults, clock, wheel_speeds)
 

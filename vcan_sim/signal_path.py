@@ -1,7 +1,7 @@
-"""The path of a signal through the robot, stage by stage, for one step of time.
+"""One step of the simulated robot: its physics from wheel speeds to counts, stage by stage.
 
-drive -> encoder -> ground travel -> body -> linkage -> bus: each stage is one function of the state
-that the stage before has left. Wheels stand in the order of `WHEELS`, counts in that of `CHANNELS`.
+drive -> encoder -> ground travel -> body -> linkage -> bus: each stage is one function that changes the
+state. Wheels are in the order of `WHEELS`, counts in that of `CHANNELS`.
 """
 
 import math
@@ -17,17 +17,17 @@ from omnimate.vehicle.se2 import transform_xy, wrap_angle
 
 @compiled
 def drive(constants: Constants, state: State, command: Array, period: float) -> None:
-    """Turn the wheels: ideal servos follow the commanded speeds [rad/s] within their acceleration."""
+    """Turn the wheels: ideal servos follow the commanded speeds [rad/s] with limited acceleration."""
     for wheel in range(2 * constants.trucks):
-        most = constants.servo[wheel] * period
-        state.speed[wheel] += min(max(command[wheel] - state.speed[wheel], -most), most)
+        max_change = constants.servo[wheel] * period
+        state.speed[wheel] += min(max(command[wheel] - state.speed[wheel], -max_change), max_change)
         state.turned[wheel] = state.speed[wheel] * period
         state.angle[wheel] += state.turned[wheel]
 
 
 @compiled
 def read_wheels(constants: Constants, state: State) -> None:
-    """Quantise the wheels' angles: an incremental encoder counts the lines that have passed."""
+    """Set the counts of the wheels: an incremental encoder rounds its angle down."""
     for wheel in range(2 * constants.trucks):
         state.counts[wheel] = math.floor(
             constants.offset[wheel] + constants.scale[wheel] * state.angle[wheel]
@@ -36,7 +36,7 @@ def read_wheels(constants: Constants, state: State) -> None:
 
 @compiled
 def roll(constants: Constants, state: State) -> None:
-    """Turn the wheels' rotation into travel over the ground by their true radius."""
+    """Set the travel of the wheels over the ground from their rotation and true radii."""
     for wheel in range(2 * constants.trucks):
         state.travel[wheel] = constants.radius[wheel] * state.turned[wheel]
         state.rolled[0, wheel] += abs(state.travel[wheel])
@@ -45,7 +45,7 @@ def roll(constants: Constants, state: State) -> None:
 
 @compiled
 def touches(obstacle: Obstacle, constants: Constants, state: State) -> bool:
-    """Return whether a wheel is at the beginning of an obstacle."""
+    """Return whether a wheel touches an obstacle on the floor, or has reached a scheduled one."""
     if obstacle.scheduled:
         if obstacle.lap >= 0:
             return bool(obstacle.lap == state.lap and state.rolled[1, obstacle.wheel] >= obstacle.after)
@@ -58,9 +58,9 @@ def touches(obstacle: Obstacle, constants: Constants, state: State) -> bool:
 
 @compiled
 def lose_travel(obstacle: Obstacle, constants: Constants, state: State) -> None:
-    """Subtract the travel that a wheel loses at one obstacle in this step, spread evenly over the crossing.
+    """Subtract the travel that a wheel loses at one obstacle in this step, uniformly over the crossing.
 
-    The effect `bump` follows the exact course of the loss, which a diagnosis can identify.
+    The effect `bump` has the exact loss as a function of the travel.
     """
     touching = touches(obstacle, constants, state)
     if touching and not obstacle.encountered:
@@ -78,7 +78,7 @@ def lose_travel(obstacle: Obstacle, constants: Constants, state: State) -> None:
 
 @compiled
 def disturb(constants: Constants, state: State, obstacles: Record) -> None:
-    """Disturb the travel by the roughness and the bumps of the floor."""
+    """Change the travel by the roughness and the bumps of the floor."""
     for truck in range(constants.trucks):
         left, right = 2 * truck, 2 * truck + 1
         if state.turned[left] != 0.0 or state.turned[right] != 0.0:
@@ -99,7 +99,7 @@ def move(constants: Constants, state: State) -> None:
 
 @compiled
 def glide(constants: Constants, state: State, twist: Array) -> None:
-    """Move each truck along its twist (T, 3): forward and left [m] on the arc of its yaw [rad]."""
+    """Move each truck along an arc, by its twist `(T, 3)`: forward [m], left [m] and yaw [rad]."""
     for truck in range(constants.trucks):
         glide_pose(state.pose[truck], twist[truck, 0], twist[truck, 1], twist[truck, 2])
 
@@ -119,7 +119,7 @@ def couple(constants: Constants, state: State) -> None:
 
 @compiled
 def read_linkage(constants: Constants, state: State) -> None:
-    """Quantise the joints' angles and the link's length to the nearest count."""
+    """Set the counts of the joints and the link, rounded to the nearest count."""
     if constants.trucks == 1:
         return
     for joint in range(2):
@@ -133,7 +133,7 @@ def read_linkage(constants: Constants, state: State) -> None:
 
 @compiled
 def turn_wheels(constants: Constants, state: State, command: Array, period: float) -> None:
-    """Do the first part of a step: turn the wheels, count, and roll."""
+    """Do the first part of a step: turn the wheels, set their counts and their travel."""
     drive(constants, state, command, period)
     read_wheels(constants, state)
     roll(constants, state)
@@ -141,7 +141,7 @@ def turn_wheels(constants: Constants, state: State, command: Array, period: floa
 
 @compiled
 def settle(constants: Constants, state: State) -> None:
-    """Do the last part of a step: set the linkage from the trucks, and read it."""
+    """Do the last part of a step: set the linkage from the trucks, and its counts."""
     couple(constants, state)
     read_linkage(constants, state)
     state.steps += 1
@@ -159,7 +159,7 @@ def advance(constants_: Record, states: Record, obstacles: Record, command: Arra
 
 @compiled
 def begin_lap(states: Record, lap: int) -> None:
-    """Set the lap that begins; -1 when one has ended."""
+    """Set the number of the current lap, -1 between laps, and the distance rolled in it to 0."""
     states[0].lap = lap
     for wheel in range(4):
         states[0].rolled[1, wheel] = 0.0

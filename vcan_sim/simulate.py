@@ -1,4 +1,4 @@
-"""A whole drive as arrays, without a bus, by the same compiled functions that run live."""
+"""Simulation of a whole drive without a bus, by the same compiled functions as on a bus."""
 
 from typing import TYPE_CHECKING
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from omnimate.motion.stepping import step
 from omnimate.vcan_sim.errors import EndStopError, SimulationError
-from omnimate.vcan_sim.onboard import see
+from omnimate.vcan_sim.onboard import update_odometry
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.self_driving import SelfDriving
 from omnimate.vcan_sim.signal_path import advance
@@ -38,11 +38,14 @@ def drive_block(
     first: int,
     period: float,
 ) -> int:
-    """Fill samples `(N, 7)` and commands `(N, 4)` from `first` on, until an event; return the next sample."""
+    """Fill counts `(N, 7)` and commands `(N, 4)` [rad/s] from row `first` until an event or an end stop.
+
+    Return the number of filled rows.
+    """
     for sample in range(first, len(counts)):
         for channel in range(counts.shape[1]):
             counts[sample, channel] = plants[0].counts[channel]
-        pose, link = see(odometries[0], counts[sample])
+        pose, link = update_odometry(odometries[0], counts[sample])
         has_event = step(rows, settings, runner, pose, link, commands[sample])
         advance(constants, plants, obstacles, commands[sample], period)
         if has_event or plants[0].end_stop:
@@ -53,11 +56,11 @@ def drive_block(
 def drive_altered(
     runner: "Runner", odometries: Record, plant: Plant, counts: IntArray, commands: Array, first: int
 ) -> int:
-    """Do as `drive_block` does, for a robot with effects."""
+    """Fill counts and commands like `drive_block`, for a robot with effects."""
     period = plant.vehicle.bus.sync_period
     for sample in range(first, len(counts)):
         counts[sample] = plant.state["counts"][0]
-        pose, link = see(odometries[0], counts[sample])
+        pose, link = update_odometry(odometries[0], counts[sample])
         has_event = step(runner.rows, runner.settings, runner.state, pose, link, commands[sample])
         plant.advance(commands[sample], period)
         if has_event or plant.at_end_stop:
@@ -66,7 +69,7 @@ def drive_altered(
 
 
 def fill_block(robot: SelfDriving, plant: Plant, counts: IntArray, commands: Array, first: int) -> int:
-    """Fill samples and commands from `first` on, until an event; return the next sample."""
+    """Fill counts and commands from row `first` until an event or an end stop; return their number."""
     runner, period = robot.runner, plant.vehicle.bus.sync_period
     if plant.has_effects:
         return drive_altered(runner, robot.odometry, plant, counts, commands, first)
@@ -78,10 +81,10 @@ def fill_block(robot: SelfDriving, plant: Plant, counts: IntArray, commands: Arr
 def simulate(
     vehicle: "VehicleParameters", truth: "Truth", program: "Program", *, start_time: float = 0.0
 ) -> Recording:
-    """Return the recording of a robot that drives a program from odometry alone, with fixes at its stops.
+    """Return the recording of a robot that drives a program by odometry, with sonar poses at its stops.
 
     Args:
-        vehicle: Nominal robot, by which the odometry is computed and the recording made.
+        vehicle: Nominal robot, for its odometry and the recording.
         truth: True robot.
         program: Program to drive.
         start_time: Time of the first sample [s].

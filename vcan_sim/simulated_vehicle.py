@@ -39,25 +39,24 @@ class Plant(Protocol):
         """Turn the wheels, in the order of `vehicle.wheels` [rad/s], for `dt` [s]."""
 
     def raw_counts(self) -> Sequence[int]:
-        """Return the counters, in the order of `vehicle.channels`, as wide and signed as these say."""
+        """Return the counts, in the order of `vehicle.channels`, within each encoder's width and sign."""
         ...
 
 
 class SimulatedVehicle:
     """All devices of a vehicle on one bus.
 
-    With the clock "sync" the devices' time is the number of SYNCs times the SYNC period: heartbeats,
-    event timers and faults run on it, and nothing depends on the machine. With the clock "wall" it is
-    the monotonic time since the start, and timers run without SYNC too. With both, the plant moves by one
-    SYNC period for each SYNC. The drives (6083h, 6084h) limit the acceleration to twice what the vehicle's
-    limits say.
+    With the clock "sync" the devices' time, for heartbeats, event timers and faults, is the number of SYNCs
+    times the SYNC period, and does not depend on the machine. With the clock "wall" it is the monotonic time
+    since the start, and timers run without SYNC, too. With both, the plant advances by one SYNC period for
+    each SYNC. The drives (6083h, 6084h) limit the acceleration to twice the vehicle's limit.
 
     Attributes:
         vehicle: Nominal parameters of the vehicle: node ids, COB-IDs, resolutions.
         plant: Mechanics that the devices move and measure.
         devices: Devices by their node ids.
         syncs: Number of SYNCs received.
-        failure: Error that ended the thread; None where none did.
+        failure: Error that ended the thread; None if none did.
     """
 
     def __init__(
@@ -69,7 +68,7 @@ class SimulatedVehicle:
         faults: Iterable[DeviceFault] = (),
         wheel_speeds: Callable[[SimulatedVehicle], Sequence[float]] | None = None,
     ) -> None:
-        """Build the devices and let them boot: their boot-up messages are on the bus when this returns.
+        """Build and boot the devices; their boot-up messages are on the bus when this returns.
 
         Args:
             vehicle: Nominal parameters of the vehicle whose devices are on the bus.
@@ -77,10 +76,10 @@ class SimulatedVehicle:
             bus: Bus for the devices alone; the caller shuts it down.
             clock: Clock of the devices, "sync" or "wall".
             faults: Faults, which begin at their times on the devices' clock.
-            wheel_speeds: Function that is asked at each SYNC for wheel speeds [rad/s] in place of the drives.
+            wheel_speeds: Returns the wheel speeds [rad/s] at each SYNC, in place of the drives.
 
         Raises:
-            SimulationError: No device can be as the vehicle's parameters ask.
+            SimulationError: The vehicle's parameters cannot be realised by the simulated devices.
             FaultError: The vehicle has no such node.
         """
         self.vehicle = vehicle
@@ -116,7 +115,7 @@ class SimulatedVehicle:
         return time.monotonic() - self._started if self._wall else self._time
 
     def wait(self) -> float | None:
-        """Return how long nothing is due without a frame [s]; None where only a SYNC makes time pass."""
+        """Return the time until the next timer ends [s]; None if there is none, or with the clock "sync"."""
         if not self._wall:
             return None
         due = min(self._schedule.due, min((device.due for device in self._devices), default=math.inf))
@@ -125,7 +124,11 @@ class SimulatedVehicle:
     # Running
 
     def start(self) -> None:
-        """Answer the bus in a thread of its own, until `stop`."""
+        """Process the frames of the bus in a thread, until `stop`.
+
+        Raises:
+            SimulationError: The thread has been started already.
+        """
         if self._thread is not None:
             raise SimulationError("the simulated vehicle has been started already; stop it first")
         self._stopping.clear()
@@ -133,7 +136,7 @@ class SimulatedVehicle:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the thread; without one nothing happens."""
+        """End the thread, if there is one."""
         if self._thread is not None:
             self._stopping.set()
             self._thread.join()
@@ -153,7 +156,7 @@ class SimulatedVehicle:
             _log.exception("the simulated vehicle has lost its bus")
 
     def poll(self) -> int:
-        """Answer all waiting frames and run due timers; return the number of frames."""
+        """Process all waiting frames and due timers; return the number of frames."""
         frames = 0
         while (message := self._bus.recv(0.0)) is not None:
             self.receive(message)
@@ -166,7 +169,7 @@ class SimulatedVehicle:
         """Begin a fault now, for its duration; may be called from any thread.
 
         Raises:
-            FaultError: the vehicle has no such node.
+            FaultError: The vehicle does not have this node.
         """
         self._schedule.check(fault)
         self._injected.append(fault)
@@ -183,7 +186,7 @@ class SimulatedVehicle:
             self._router.receive_message(message, self.time)
 
     def _on_sync(self, data: bytes) -> None:
-        """Move the plant by one period, latch all counters, let the devices answer, run their timers."""
+        """Advance the plant by one period, latch all counts, and run the devices' answers and timers."""
         self.syncs += 1
         self._time = self.syncs * self._period
         now = self.time
@@ -221,4 +224,4 @@ class SimulatedVehicle:
         while self._injected:
             self._schedule.begin(self._injected.popleft(), now)
         self._schedule.run(now + _TOLERANCE)
-        self._router.forget_routes()
+        self._router.invalidate_routes()

@@ -1,7 +1,7 @@
-"""Messages of the socketcand protocol in raw mode, as python-can's `socketcand` interface speaks it.
+"""Messages of the socketcand protocol in raw mode, for python-can's `socketcand` interface.
 
-Remote frames and CAN FD do not exist in it. A frame without data keeps the space that stands before
-data: `< frame 080 1700000000.000000  >`, or clients do not find the end of the time.
+The protocol has neither remote frames nor CAN FD. A frame without data has the space before the data, too:
+`< frame 080 1700000000.000000  >`; otherwise clients do not find the end of the time.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _LENGTH = re.compile(r"[0-8]")
 
 
 class CommandReader:
-    """Cuts a client's stream of bytes into commands."""
+    """Splits a client's stream of bytes into commands."""
 
     def __init__(self) -> None:
         self._rest = b""

@@ -27,10 +27,10 @@ class Truth:
         vehicle: True wheel diameters and wheelbases, and the true length of the link at rest.
         floor: Floor on which the robot drives.
         sonar: Sonar that measures the robot's absolute pose.
-        stroke: Distance that the slider can move to either side of its rest [m]; 0.15 is an assumption.
-        servo: Acceleration that the drives can follow, of a wheel over the floor [m/s^2]; 5 is an assumption.
+        stroke: Travel of the slider to either side of its length at rest [m]; 0.15 is an assumption.
+        servo: Largest acceleration of a wheel over the floor [m/s^2]; 5 is an assumption.
         seed: Seed of the floor's roughness, of the sonar's noise and of the counters' first values.
-        effects: Physics that the nominal robot leaves out; at one stage the effects act in this order.
+        effects: Effects that the nominal robot does not have; at one stage they act in this order.
 
     Raises:
         SimulationError: The seed is negative, or an effect acts on a component that this robot does not have.
@@ -47,17 +47,17 @@ class Truth:
     def __post_init__(self) -> None:
         if self.seed < 0:
             raise SimulationError(f"seed {self.seed}; expected 0 or more")
-        there = (*self.vehicle.expected_channels, *self.vehicle.trucks, "poses")
+        components = (*self.vehicle.expected_channels, *self.vehicle.trucks, "poses")
         for effect in self.effects:
-            if effect.component not in there:
+            if effect.component not in components:
                 raise SimulationError(
                     f"{effect.name}: {self.vehicle.name} has no {effect.component}; "
-                    f"expected one of {', '.join(there)}"
+                    f"expected one of {', '.join(components)}"
                 )
 
 
 def uncalibrated(vehicle: VehicleParameters) -> VehicleParameters:
-    """Return a vehicle whose truck a truly has the errors of U Fig. 11, and truck b the opposite ones."""
+    """Return a true vehicle whose truck a has the errors of U Fig. 11, and truck b the inverse ones."""
     return with_errors(vehicle, WHEELBASE_ERROR, DIAMETER_ERROR)
 
 
@@ -66,7 +66,7 @@ def with_errors(
     wheelbase_ratio: dict[TruckName, float],
     diameter_ratio: dict[TruckName, float],
 ) -> VehicleParameters:
-    """Return a vehicle whose trucks truly have other wheelbases and unequal wheels.
+    """Return a true vehicle whose trucks have other wheelbases and unequal wheels.
 
     Args:
         vehicle: Nominal vehicle.

@@ -17,7 +17,7 @@ from omnimate.motion.program import GOTO, WORLD, Program, Row, rest
 from omnimate.motion.runner import Runner
 from omnimate.motion.stepping import step
 from omnimate.vcan_sim.errors import EndStopError
-from omnimate.vcan_sim.onboard import odometry_of, see
+from omnimate.vcan_sim.onboard import odometry_of, update_odometry
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.signal_path import disturb, move, settle, turn_wheels
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled
@@ -135,7 +135,7 @@ def hall_block(
             counts[sample, channel] = state.counts[channel]
         for axis in range(3):
             poses[sample, axis] = state.pose[0, axis]
-        pose, link = see(odometries[0], counts[sample])
+        pose, link = update_odometry(odometries[0], counts[sample])
         is_event = step(rows, settings, runner, pose, link, command)
         turn_wheels(constants, state, command, period)
         apply_wheel_faults(wheels, constants, state)

@@ -32,7 +32,7 @@ from omnimate.motion.stepping import step
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.floor import Floor
-from omnimate.vcan_sim.onboard import odometry_of, see
+from omnimate.vcan_sim.onboard import odometry_of, update_odometry
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.truth import Truth, with_errors
@@ -242,7 +242,7 @@ def _drive(truth: Truth) -> Recording:
     while not runner.done:
         counts.append(plant.state["counts"][0].copy())
         poses.append(plant.pose("a"))
-        pose, link = see(odometry, counts[-1])
+        pose, link = update_odometry(odometry, counts[-1])
         step(runner.rows, runner.settings, runner.state, pose, link, command)
         plant.advance(command, period)
         if runner.lap != lap:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.vcan_sim.onboard import odometry_of, see
+from omnimate.vcan_sim.onboard import odometry_of, update_odometry
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vehicle.odometry import Odometer
 from omnimate.vehicle.parameters import CHANNELS
@@ -26,7 +26,7 @@ def samples_of(steps):
 def test_it_dead_reckons_as_the_robots_odometer_does(steps):
     odometry, odometer = odometry_of(VEHICLE), Odometer(VEHICLE, "a")
     for number, counts in enumerate(samples_of(steps)):
-        pose, _ = see(odometry[0], counts)
+        pose, _ = update_odometry(odometry[0], counts)
         believed, unknown = (True,) * len(CHANNELS), (float("nan"),) * len(CHANNELS)
         sample = Sample(number, 0.015 * number, tuple(counts.tolist()), believed, unknown, unknown)
         assert pose == pytest.approx(odometer.step(sample), abs=1e-12)
@@ -39,7 +39,7 @@ def test_it_reads_joints_and_link_from_their_zeros(joint_a, joint_b, link):
     counts[4:] = [
         encoder.zero + moved for encoder, moved in zip(encoders, (joint_a, joint_b, link), strict=True)
     ]
-    _, reading = see(odometry_of(VEHICLE)[0], counts)
+    _, reading = update_odometry(odometry_of(VEHICLE)[0], counts)
     scales = [encoder.scale for encoder in encoders]
     expected = [joint_a * scales[0], joint_b * scales[1], VEHICLE.linkage.length + link * scales[2]]
     assert reading == pytest.approx(expected)
@@ -47,5 +47,5 @@ def test_it_reads_joints_and_link_from_their_zeros(joint_a, joint_b, link):
 
 def test_the_first_sample_moves_nothing_wherever_the_counters_stand():
     odometry = odometry_of(reference_single())
-    pose, _ = see(odometry[0], np.full(len(CHANNELS), 123_456, np.int64))
+    pose, _ = update_odometry(odometry[0], np.full(len(CHANNELS), 123_456, np.int64))
     assert pose == (0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""The SDO abort codes that the devices answer with, CiA 301 table 22."""
+"""SDO abort codes of the simulated devices, CiA 301 table 22."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class Abort(IntEnum):
-    """Why a device refuses an SDO request."""
+    """Abort code: the reason why a device refuses an SDO request."""
 
     TOGGLE = 0x05030000
     COMMAND = 0x05040001

@@ -1,4 +1,4 @@
-"""The devices that a vehicle's parameters ask for, each with the EDS file and settings of its kind."""
+"""Building of the devices in a vehicle's parameters, each with the EDS file and settings of its kind."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ DRIVE_EDS = "drive_cia402.eds"
 # vehicle that keeps its limits; assumptions.
 _RAMP_RESERVE = 2.0
 _QUICK_STOP_RESERVE = 4.0
-_SERIAL = 0x0026_0000  # serial number of node 0; each node adds its id
+_SERIAL = 0x0026_0000  # serial number without the node id, which is added
 
 
 def build_devices(
@@ -37,7 +37,7 @@ def build_devices(
     """Return one device per node id, in the order of the ids.
 
     Raises:
-        SimulationError: The vehicle's file puts things on one node that no device has together.
+        SimulationError: The encoders and drives of one node cannot be on one device.
     """
     nodes = sorted({encoder.node for encoder in vehicle.encoders} | {drive.node for drive in vehicle.drives})
     return tuple(_device(vehicle, latch, send, node) for node in nodes)
@@ -66,9 +66,9 @@ def _device(
 def _with_positions(
     variables: Mapping[Key, Variable], encoders: list[Encoder], like: Key
 ) -> dict[Key, Variable]:
-    """Return a dictionary that has the positions that the vehicle's file names, too, like the profile's."""
-    named = (encoder.position_object for encoder in encoders)
-    return {**variables, **{place: variables[like] for place in named if place is not None}}
+    """Return a dictionary with the position objects of vehicle.toml added, as copies of the entry `like`."""
+    keys = (encoder.position_object for encoder in encoders)
+    return {**variables, **{key: variables[like] for key in keys if key is not None}}
 
 
 def _encoder(
@@ -112,7 +112,7 @@ def _drive(
 
 
 def _motion_settings(vehicle: VehicleParameters, drive: Drive) -> dict[Key, Value]:
-    """Return resolution and ramps, in the drive's increments."""
+    """Return resolution [increments] and ramps [increments/s^2] of a drive."""
     per_metre = drive.counts_per_turn / (math.pi * vehicle.wheel_diameter(drive.wheel))
     ramp = max(1, round(_RAMP_RESERVE * vehicle.limits.acceleration * per_metre))
     quick_stop = max(1, round(_QUICK_STOP_RESERVE * vehicle.limits.acceleration * per_metre))
@@ -125,7 +125,7 @@ def _motion_settings(vehicle: VehicleParameters, drive: Drive) -> dict[Key, Valu
 
 
 def _identity(node: int, encoders: list[Encoder]) -> dict[Key, Value]:
-    """Return 1018h: what the vehicle's file expects, else a serial number of its own for each node."""
+    """Return 1018h: the values expected by vehicle.toml, and a serial number that is unique to the node."""
     settings: dict[Key, Value] = {(0x1018, 4): _SERIAL + node}
     for encoder in encoders:
         wanted = {1: encoder.vendor, 2: encoder.product, 4: encoder.serial}

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 SYNC_ID = 0x080
 _LAST_COMMUNICATION_OBJECT, _LAST_OBJECT = 0x1FFF, 0xFFFF
 _SAVE, _LOAD = int.from_bytes(b"save", "little"), int.from_bytes(b"load", "little")  # 1010h, 1011h
-_CONSUMES_TIME = 1 << 31  # of 1012h
+_CONSUMES_TIME = 1 << 31  # bit 31 of 1012h
 _DAY = 86_400.0  # [s]
 
 
@@ -44,16 +44,18 @@ _COMMANDS = {0x01: NmtState.OPERATIONAL, 0x02: NmtState.STOPPED, 0x80: NmtState.
 
 
 class Device:
-    """One node of the bus; a profile adds its own readers, checks and reactions to `objects`.
+    """One node of the bus; subclasses for profiles add readers, checks and reactions to `objects`.
 
     Attributes:
         node: Node id of the device.
         now: Time on the device's clock [s].
         due: Time at which the next of the device's timers ends [s].
-        objects: Object dictionary of the device, with what happens when an object is read or written.
+        objects: Object dictionary of the device, with functions that are called when objects are read or
+            written.
         state: NMT state of the device.
         emergency: Errors that the device reports by EMCY.
-        time_of_day: Last TIME [s] since 1984; None before the first, or where 1012h does not take it.
+        time_of_day: Last TIME, since 1 January 1984 [s]; None before the first, or if 1012h does not consume
+            it.
         transmitter: Sending side of the device, where its faults act.
         lss: LSS slave of the device.
     """
@@ -113,7 +115,7 @@ class Device:
         self._exchange.check(index, sub, value, pre_operational=pre_operational)
 
     def configure_pdos(self) -> None:
-        """Take over the PDO parameters of the object dictionary and the NMT state."""
+        """Configure the PDOs by the object dictionary and the NMT state."""
         self._exchange.configure(self.now, operational=self.state is NmtState.OPERATIONAL)
 
     def _guard(self) -> None:
@@ -123,8 +125,8 @@ class Device:
         return tuple(self.store[0x1018, sub] for sub in range(1, 5))
 
     @property
-    def _is_out(self) -> bool:
-        """Whether it takes nothing from the bus: without power, or without a node id."""
+    def _is_inactive(self) -> bool:
+        """Whether it ignores the bus, because it has no power or no node id."""
         return self.transmitter.disturbance.off or self.node == UNCONFIGURED
 
     # What a profile adds
@@ -133,28 +135,28 @@ class Device:
         """Reset the profile's state outside the object dictionary to that after power-on."""
 
     def master_lost(self) -> None:
-        """React when the master's heartbeat or commands stop, or NMT ends the operational state."""
+        """React to the loss of the master's heartbeat or RPDOs, or to the end of the operational state."""
 
     # NMT
 
     def boot(self, now: float) -> None:
-        """Start for the first time: everything at its default, the boot-up message, pre-operational."""
+        """Start with all objects at their defaults: send the boot-up message, enter pre-operational."""
         self.now = now
         self._restart(_LAST_OBJECT)
 
     def reset(self, now: float) -> None:
-        """Start again, as NMT's reset node or the return of the power does."""
+        """Reset and boot, as by NMT reset node or at power-on."""
         self.reset_application()
         self.boot(now)
 
     def switch_off(self, now: float) -> None:
-        """Stop as without power; `reset` starts it again."""
+        """Switch the power off; `reset` is the power-on."""
         self.now = now
         self.reset_application()
         self.lss.pending = self.lss.stored
-        self._go_silent()
+        self._deactivate()
 
-    def _go_silent(self) -> None:
+    def _deactivate(self) -> None:
         self._enter(NmtState.STOPPED)
         self._producer.configure(0, self.now)
         self._consumer.configure(0)
@@ -170,7 +172,7 @@ class Device:
             self.node = self.lss.active = self.lss.pending
             self.store.reset(last_index)
         if self.node == UNCONFIGURED:
-            self._go_silent()
+            self._deactivate()
             return
         self._producer.configure(self.store[0x1017, 0], self.now)
         self._consumer.configure(self.store[0x1016, 1])
@@ -180,7 +182,7 @@ class Device:
         self._enter(NmtState.PRE_OPERATIONAL)
 
     def _boot_with_new_id(self) -> None:
-        """Join the bus, after LSS has given a node id to a device that had none."""
+        """Boot after LSS has assigned a node id to a device that had none."""
         self._restart(_LAST_COMMUNICATION_OBJECT)
 
     def _enter(self, state: NmtState) -> None:
@@ -191,9 +193,9 @@ class Device:
         self._reschedule()
 
     def on_nmt(self, command: int, now: float) -> None:
-        """Follow an NMT command; unknown ones are ignored."""
+        """Execute an NMT command; unknown ones are ignored."""
         self.now = now
-        if self._is_out:
+        if self._is_inactive:
             return
         if command == 0x81:
             self.reset(now)
@@ -216,44 +218,44 @@ class Device:
         self._after_input()
 
     def on_lss(self, data: bytes, now: float) -> None:
-        """Take a message of the LSS master."""
+        """Process a message of the LSS master."""
         self.now = now
         if not self.transmitter.disturbance.off:
             self.lss.receive(data)
             self._reschedule()
 
     def on_remote(self, can_id: int, now: float) -> None:
-        """Answer node guarding, where the device has no heartbeat; other remote frames are not answered."""
+        """Answer node guarding if the device has no heartbeat; other remote frames are not answered."""
         self.now = now
-        if can_id == 0x700 + self.node and not self._is_out and self._producer.due == math.inf:
+        if can_id == 0x700 + self.node and not self._is_inactive and self._producer.due == math.inf:
             self.emergency.clear(HEARTBEAT_ERROR)
             self.transmitter.send(can_id, self._guarding.answer(self.state, now))
             self._reschedule()
 
     def on_time(self, can_id: int, data: bytes, now: float) -> None:
-        """Take TIME, where 1012h says so: milliseconds after midnight, days since 1 January 1984."""
+        """Process TIME if 1012h consumes it: milliseconds after midnight, and days since 1 January 1984."""
         self.now = now
         cob_id = self.store[0x1012, 0]
-        if cob_id & _CONSUMES_TIME and cob_id & 0x7FF == can_id and len(data) == 6 and not self._is_out:
+        if cob_id & _CONSUMES_TIME and cob_id & 0x7FF == can_id and len(data) == 6 and not self._is_inactive:
             milliseconds = int.from_bytes(data[:4], "little") & 0x0FFF_FFFF
             self.time_of_day = int.from_bytes(data[4:], "little") * _DAY + milliseconds * 1e-3
 
     def on_rpdo(self, rpdo: Rpdo, data: bytes, now: float) -> None:
-        """Take one of the device's RPDOs in."""
+        """Process one of the device's RPDOs."""
         self.now = now
-        if not self._is_out:
+        if not self._is_inactive:
             self._exchange.receive(rpdo, data, now)
             self._after_input()
 
     def on_heartbeat(self, node: int, now: float) -> None:
         """Receive the heartbeat of another node."""
         self.now = now
-        if not self._is_out and self._consumer.heard(node, now):
+        if not self._is_inactive and self._consumer.receive(node, now):
             self.emergency.clear(HEARTBEAT_ERROR)
             self._reschedule()
 
     def on_sync(self, now: float, data: bytes = b"") -> None:
-        """Answer SYNC, whose counter may stand in its data, with what was latched."""
+        """Process SYNC, whose data may have a counter: send the synchronous PDOs."""
         self.now = now
         if data or self.store[0x1019, 0]:
             self._check_sync(data)
@@ -267,7 +269,7 @@ class Device:
         self._reschedule()
 
     def run_timers(self, now: float) -> None:
-        """Run what is due until now [s]: heartbeat, event timers, deadlines, held-back frames."""
+        """Run the timers that have ended [s]: heartbeat, event timers, deadlines, delayed frames."""
         self.now = now
         if now >= self._producer.due:
             self._producer.sent(now)
@@ -282,7 +284,7 @@ class Device:
         self._after_input()
 
     def _change_state_after_error(self) -> None:
-        """Change the NMT state after a communication error as 1029h:1 states."""
+        """Change the NMT state after a communication error by 1029h:1."""
         behaviour = self.store[0x1029, 1]
         if behaviour == 0 and self.state is NmtState.OPERATIONAL:
             self._enter(NmtState.PRE_OPERATIONAL)
@@ -290,14 +292,14 @@ class Device:
             self._enter(NmtState.STOPPED)
 
     def _check_sync(self, data: bytes) -> None:
-        """Report a SYNC that has a counter though 1019h is 0, or none though it is not."""
+        """Report by EMCY a SYNC with a counter if 1019h is 0, or without one if it is not 0."""
         if len(data) == (1 if self.store[0x1019, 0] else 0):
             self.emergency.clear(SYNC_LENGTH)
         else:
             self.emergency.set(SYNC_LENGTH)
 
     def _after_input(self) -> None:
-        """Send what the input has changed, and find the next timer."""
+        """Send event-driven PDOs whose data have changed, and find the next timer."""
         self._exchange.send_events(self.now)
         self._reschedule()
 

@@ -1,4 +1,4 @@
-"""Object dictionaries: what an EDS file declares, and the values that one device holds."""
+"""Object dictionaries: the entries of an EDS file, and the values of one device."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EDS_FOLDER = Path(__file__).parent.parent / "eds"
 
 Key = tuple[int, int]
 Value = int | bytes
-# Objects that command something, which must not happen again at power-on.
+# Objects that are commands, or a history: they are not stored by 1010h.
 _NOT_STORED = {0x1003, 0x1010, 0x1011, 0x6003, 0x6010, 0x6040, 0x60FF}
 
 
@@ -58,7 +58,7 @@ class Variable:
         return (value & ((1 << 8 * self.size) - 1)).to_bytes(self.size, "little")
 
     def decode(self, data: bytes) -> Value:
-        """Return the value that SDO writes; raise SdoAbort where length or range do not fit."""
+        """Return the value that SDO writes; raise SdoAbort if length or range is wrong."""
         if self.size is None:
             return bytes(data)
         if len(data) != self.size:
@@ -70,7 +70,7 @@ class Variable:
 
 
 def _variable(entry: ODVariable) -> Variable:
-    """Return our view of an entry that `canopen` has read."""
+    """Return the entry of an EDS file that `canopen` has read."""
     integer = entry.data_type in INTEGER_TYPES
     signed = entry.data_type in SIGNED_TYPES
     bits = len(entry)
@@ -102,7 +102,7 @@ def load_dictionary(eds: str) -> Mapping[Key, Variable]:
 
 
 class ObjectStore:
-    """The values of one device: the EDS file's defaults, its own settings over them, and what was written."""
+    """The values of one device: defaults of its EDS file, replaced by its settings and by written values."""
 
     def __init__(self, variables: Mapping[Key, Variable], node: int, settings: Mapping[Key, Value]) -> None:
         self._variables = variables
@@ -129,7 +129,7 @@ class ObjectStore:
         self._values[key] = value
 
     def variable(self, key: Key) -> Variable:
-        """Return an entry; raise SdoAbort where there is none."""
+        """Return an entry; raise SdoAbort if there is none."""
         variable = self._variables.get(key)
         if variable is None:
             index_exists = (key[0], 0) in self._variables
@@ -137,7 +137,7 @@ class ObjectStore:
         return variable
 
     def data(self, key: Key) -> bytes:
-        """Return a value as its bytes on the bus; raise SdoAbort where there is no such object."""
+        """Return a value as its bytes on the bus; raise SdoAbort if there is no such object."""
         return self.variable(key).encode(self._values[key])
 
     def reset(self, last_index: int) -> None:
@@ -154,11 +154,11 @@ class ObjectStore:
         }
 
     def forget_stored(self) -> None:
-        """Discard the stored values: the factory's are restored at the next power-on (1011h)."""
+        """Discard the stored values, so that the defaults are restored at the next power-on (1011h)."""
         self._stored = {}
 
     def assign(self, node: int, before: int) -> None:
-        """Take another node id: the defaults that contain it follow; stored values that do are forgotten."""
+        """Change the node id in all defaults that contain it, and discard the stored values of these."""
         for key in self._relative:
             default = self._defaults[key]
             assert isinstance(default, int)  # a string has no node id

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from omnimate.vcan_sim.errors import SdoAbort
 from omnimate.vcan_sim.nodes.abort import Abort
 from omnimate.vcan_sim.nodes.device import Device, NmtState
-from omnimate.vcan_sim.nodes.power_state import PowerState, follow, statusword
+from omnimate.vcan_sim.nodes.power_state import PowerState, next_state, statusword
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
     from omnimate.vcan_sim.nodes.sensor import Sensor
 
-_HALT = 0x0100
-_PROFILE_VELOCITY, _CYCLIC_VELOCITY = 3, 9
+_HALT = 0x0100  # bit 8 of the controlword
+_PROFILE_VELOCITY, _CYCLIC_VELOCITY = 3, 9  # modes of operation, 6060h
 
 
 class AbortOption(IntEnum):
-    """What 6007h asks for when the master is lost."""
+    """Values of 6007h: the reaction to the loss of the master."""
 
     NOTHING = 0
     FAULT = 1
@@ -30,7 +30,7 @@ class AbortOption(IntEnum):
 
 
 class DriveDevice(Device):
-    """A drive; its motor follows the demanded velocity exactly, so acceleration limits act here alone.
+    """A drive whose motor has exactly the demanded velocity: accelerations are limited by the ramps only.
 
     Attributes:
         power: CiA 402 state of the drive.
@@ -75,7 +75,7 @@ class DriveDevice(Device):
         self._sensor = sensor
 
     def advance(self, period: float) -> float:
-        """Let the motor turn for one period [s]; return the wheel's speed over it [rad/s]."""
+        """Turn the motor for one period [s]; return the wheel's speed [rad/s]."""
         if self.velocity != self._target:
             self._ramp(period)
         self._position += self.velocity * period
@@ -98,14 +98,14 @@ class DriveDevice(Device):
         return self.store[0x6083 if speeds_up else 0x6084, 0]
 
     def _came_to_rest(self) -> None:
-        """End a quick stop or a fault reaction, once the wheel stands."""
+        """End a quick stop or a fault reaction when the velocity is 0."""
         if self.power is PowerState.QUICK_STOP_ACTIVE:
             self.power = PowerState.SWITCH_ON_DISABLED
         elif self.power is PowerState.FAULT_REACTION_ACTIVE:
             self.power = PowerState.FAULT
 
     def _retarget(self, _sub: int = 0, _value: int = 0) -> None:
-        """Find the velocity to go to: 60FFh while enabled and not halted, else none."""
+        """Set the target velocity: 60FFh, limited by 607Fh, while enabled and not halted; else 0."""
         runs = (
             self.power is PowerState.OPERATION_ENABLED
             and self.store[0x6060, 0] in {_PROFILE_VELOCITY, _CYCLIC_VELOCITY}
@@ -117,7 +117,7 @@ class DriveDevice(Device):
             self._came_to_rest()
 
     def _control(self, _sub: int, controlword: int) -> None:
-        self.power = follow(self.power, controlword, self._controlword)
+        self.power = next_state(self.power, controlword, self._controlword)
         self._controlword = controlword
         self._retarget()
 
@@ -130,7 +130,7 @@ class DriveDevice(Device):
         )
 
     def master_lost(self) -> None:
-        """Stop as 6007h asks for; the velocity that was commanded is forgotten in any case but 0."""
+        """Stop by the option in 6007h; unless that is 0, the commanded velocity is set to 0."""
         option = self.store[0x6007, 0]
         if option == AbortOption.NOTHING:
             return
@@ -144,7 +144,7 @@ class DriveDevice(Device):
         self._retarget()
 
     def reset_application(self) -> None:
-        """Stand still without power; an incremental position starts from 0."""
+        """Set the state after power-on: standing, switch on disabled, an incremental position at 0."""
         self.power = PowerState.SWITCH_ON_DISABLED
         self.velocity = self._target = self._position = 0.0
         self._controlword = 0

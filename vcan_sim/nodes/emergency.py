@@ -12,11 +12,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _EMCY = struct.Struct("<HB5x")
-_HISTORY = 8
+_HISTORY = 8  # errors that 1003h keeps
 
 # Error register bit of each class of error codes (the code's highest digit); bit 0 is always set.
 _REGISTER_BITS = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08, 0x8: 0x10, 0xF: 0x80}
 
+# EMCY error codes of CiA 301.
 LENGTH_ERROR = 0x8210
 RPDO_TIMEOUT = 0x8250
 HEARTBEAT_ERROR = 0x8130
@@ -24,7 +25,7 @@ SYNC_LENGTH = 0x8240
 
 
 class Emergency:
-    """The errors of one device: those active, and the last ones."""
+    """The active errors of one device, and the history of errors."""
 
     def __init__(self, send: Callable[[bytes], None]) -> None:
         self._send = send
@@ -33,7 +34,7 @@ class Emergency:
 
     @property
     def code(self) -> int:
-        """The last error that is active still, as a drive shows it in 603Fh; 0 where none is."""
+        """Code of the last error that is still active, as in 603Fh of a drive; 0 if none is."""
         return self._active[-1] if self._active else 0
 
     @property
@@ -52,19 +53,19 @@ class Emergency:
             self._send(_EMCY.pack(code, self.register))
 
     def clear(self, code: int) -> None:
-        """Take an error back: 0000h where it was the last one, else nothing is sent."""
+        """Clear an error; if no other is active, EMCY 0000h is sent."""
         if code in self._active:
             self._active.remove(code)
             if not self._active:
                 self._send(_EMCY.pack(0x0000, 0x00))
 
     def reset(self) -> None:
-        """Forget all, as after power-on."""
+        """Clear errors and history without sending, as at power-on."""
         self._active.clear()
         self._history.clear()
 
     def history(self, sub: int) -> int:
-        """Return a sub-index of 1003h; raise SdoAbort where no such error happened."""
+        """Return a sub-index of 1003h; raise SdoAbort if the history is shorter."""
         if sub == 0:
             return len(self._history)
         if sub > len(self._history):
@@ -72,7 +73,7 @@ class Emergency:
         return self._history[sub - 1]
 
     def erase_history(self, value: int) -> None:
-        """Empty the history, for a write of 0 to 1003h:0; raise SdoAbort for any other value."""
+        """Clear the history if 0 is written to 1003h:0; raise SdoAbort for any other value."""
         if value != 0:
             raise SdoAbort(Abort.VALUE)
         self._history.clear()

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
     from omnimate.vcan_sim.nodes.sensor import Sensor
 
-_CODE_SEQUENCE, _SCALING, _LINEAR_DIRECTION = 0x0001, 0x0004, 0x0008
+_CODE_SEQUENCE, _SCALING, _LINEAR_DIRECTION = 0x0001, 0x0004, 0x0008  # bits of 6000h
 
 
 class EncoderDevice(Device):
@@ -50,7 +50,7 @@ class EncoderDevice(Device):
         )
 
     def reset_application(self) -> None:
-        """Count from 0 again where the counter does not outlast power."""
+        """Set the sensors to their state after power-on: incremental counters at 0."""
         for sensor in self._sensors:
             sensor.restart()
 
@@ -59,7 +59,7 @@ class EncoderDevice(Device):
             raise SdoAbort(Abort.NO_SUBINDEX)
 
     def _configure(self, _sub: int, _value: int) -> None:
-        """Take 6000h, 6001h and 6002h over into the sensors."""
+        """Configure the sensors by 6000h, 6001h and 6002h."""
         parameters = self.store[0x6000, 0]
         reverse = parameters & (_CODE_SEQUENCE | _LINEAR_DIRECTION)
         scaled = bool(parameters & _SCALING) and (0x6001, 0) in self.store
@@ -70,7 +70,7 @@ class EncoderDevice(Device):
             sensor.configure(-1 if reverse else 1, units, resolution, total)
 
     def _mirror_event_timer(self, sub: int, value: int) -> None:
-        """Keep 6200h equal to the event timer of TPDO1, as CiA 406 asks for."""
+        """Set 6200h to the event timer of TPDO1; both are equal in CiA 406."""
         if sub == 5:
             self.store[0x6200, 0] = value
         self.configure_pdos()

@@ -1,4 +1,4 @@
-"""The PDO exchange of a device: what it sends on SYNC, on events and by timer, and what it receives."""
+"""The PDO exchange of a device: transmission on SYNC, on events and by timer, and reception."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class PdoExchange:
         """Find the PDOs that the object dictionary declares.
 
         Args:
-            objects: Objects that the PDOs carry, and that hold the PDO parameters.
+            objects: Objects of the device, with the PDO parameters.
             transmitter: Sending side of the device.
             emergency: Errors of the device, for RPDOs of a wrong length and for missed deadlines.
             on_timeout: Called when an RPDO misses its deadline.
@@ -47,9 +47,9 @@ class PdoExchange:
         self.rpdos = tuple(Rpdo(index) for index in range(0x1400, 0x1600) if (index, 1) in self._store)
         parameters = [tpdo.index for tpdo in self.tpdos] + [rpdo.index for rpdo in self.rpdos]
         self.indices = (*parameters, *(index + MAPPING for index in parameters))
-        self._answers: tuple[Tpdo, ...] = ()
-        self._events: tuple[Tpdo, ...] = ()
-        self._held: tuple[Rpdo, ...] = ()
+        self._synchronous_tpdos: tuple[Tpdo, ...] = ()
+        self._event_tpdos: tuple[Tpdo, ...] = ()
+        self._synchronous_rpdos: tuple[Rpdo, ...] = ()
         self.due = math.inf
 
     def check(self, index: int, sub: int, value: int, *, pre_operational: bool) -> None:
@@ -60,45 +60,45 @@ class PdoExchange:
             check_communication(self._store, index, sub, value)
 
     def configure(self, now: float, *, operational: bool) -> None:
-        """Take over the object dictionary and the NMT state; all timers restart."""
+        """Configure all PDOs by the object dictionary and the NMT state; all timers restart."""
         for tpdo in self.tpdos:
             tpdo.configure(self._store, self._objects.reader, now, operational=operational)
         for rpdo in self.rpdos:
             rpdo.configure(self._store, operational=operational)
         valid = [tpdo for tpdo in self.tpdos if tpdo.valid]
-        self._answers = tuple(tpdo for tpdo in valid if tpdo.synchronous and tpdo.kind)
-        self._events = tuple(tpdo for tpdo in valid if tpdo.kind in {0, DEVICE_EVENT})
-        self._held = tuple(rpdo for rpdo in self.rpdos if rpdo.synchronous)
+        self._synchronous_tpdos = tuple(tpdo for tpdo in valid if tpdo.synchronous and tpdo.transmission_type)
+        self._event_tpdos = tuple(tpdo for tpdo in valid if tpdo.transmission_type in {0, DEVICE_EVENT})
+        self._synchronous_rpdos = tuple(rpdo for rpdo in self.rpdos if rpdo.synchronous)
         self._reschedule()
 
     def on_sync(self, now: float, counter: int | None = None) -> None:
-        """Answer SYNC, with its counter where it has one: the hot path of the simulation."""
-        for rpdo in self._held:
+        """Apply synchronous RPDOs and send synchronous TPDOs; `counter` is that of SYNC, None without one."""
+        for rpdo in self._synchronous_rpdos:
             if rpdo.waiting is not None:
                 self._apply(rpdo, rpdo.waiting)
                 rpdo.waiting = None
-        for tpdo in self._answers:
-            if tpdo.start and counter is not None:
-                if counter != tpdo.start:
+        for tpdo in self._synchronous_tpdos:
+            if tpdo.sync_start and counter is not None:
+                if counter != tpdo.sync_start:
                     continue
-                tpdo.start, tpdo.syncs = 0, tpdo.kind - 1
+                tpdo.sync_start, tpdo.syncs = 0, tpdo.transmission_type - 1
             tpdo.syncs += 1
-            if tpdo.syncs >= tpdo.kind:
+            if tpdo.syncs >= tpdo.transmission_type:
                 tpdo.syncs = 0
                 self._transmitter.send_pdo(tpdo.cob_id, tpdo.pack(), now)
-        if self._events:
+        if self._event_tpdos:
             self.send_events(now, on_sync=True)
 
     def send_events(self, now: float, *, on_sync: bool = False) -> None:
         """Send event-driven PDOs whose data have changed; those of type 0 only with SYNC."""
-        for tpdo in self._events:
-            if (tpdo.kind or on_sync) and tpdo.pack() != tpdo.data:
+        for tpdo in self._event_tpdos:
+            if (tpdo.transmission_type or on_sync) and tpdo.pack() != tpdo.data:
                 if tpdo.may_send(now):
                     self._transmit(tpdo, now)
                 self._reschedule()
 
     def receive(self, rpdo: Rpdo, data: bytes, now: float) -> None:
-        """Take an RPDO in, at once or with the next SYNC; a wrong length is refused with EMCY 8210h."""
+        """Apply an RPDO, at once or with the next SYNC; a wrong length is refused with EMCY 8210h."""
         if len(data) != rpdo.length:
             self._emergency.set(LENGTH_ERROR)
             return
@@ -119,7 +119,7 @@ class PdoExchange:
                 continue
 
     def run_timers(self, now: float) -> None:
-        """Send what an event timer or the end of an inhibit time makes due; check the RPDOs' deadlines."""
+        """Send PDOs whose event timer or inhibit time has ended, and check the deadlines of RPDOs."""
         for tpdo in self.tpdos:
             if now >= tpdo.due:
                 self._transmit(tpdo, now)

@@ -6,7 +6,7 @@ import math
 
 
 class HeartbeatProducer:
-    """Computes when this device's next heartbeat is due.
+    """Timing of the heartbeats of this device.
 
     Attributes:
         due: Time at which the next heartbeat is due [s]; inf while 1017h is 0.
@@ -22,16 +22,16 @@ class HeartbeatProducer:
         self.due = now + self._period if milliseconds else math.inf
 
     def sent(self, now: float) -> None:
-        """Schedule the next heartbeat, in the same rhythm unless a whole period was missed."""
+        """Schedule the next heartbeat one period after the last due time; after a missed period, from now."""
         late = now - self.due
         self.due = self.due + self._period if late < self._period else now + self._period
 
 
 class HeartbeatConsumer:
-    """Watches one other node, from its first heartbeat on.
+    """Supervision of one other node, from its first heartbeat on.
 
     Attributes:
-        due: Time at which the watched node's heartbeat is overdue [s]; inf while no node is watched.
+        due: Time at which the node's heartbeat is overdue [s]; inf while no node is supervised.
     """
 
     def __init__(self) -> None:
@@ -44,8 +44,8 @@ class HeartbeatConsumer:
         self._node, self._period = value >> 16 & 0x7F, (value & 0xFFFF) * 1e-3
         self.due = math.inf
 
-    def heard(self, node: int, now: float) -> bool:
-        """Receive a heartbeat; return whether it is of the watched node."""
+    def receive(self, node: int, now: float) -> bool:
+        """Receive a heartbeat; return whether it is from the supervised node."""
         if node != self._node or not self._period:
             return False
         self.due = now + self._period
@@ -53,7 +53,7 @@ class HeartbeatConsumer:
 
 
 class NodeGuarding:
-    """Answers the master's remote frames, and detects when they stop.
+    """Answers to the master's remote frames, and supervision of these.
 
     Attributes:
         due: Time at which the master's next remote frame is overdue [s]; inf while none is expected.

@@ -1,4 +1,4 @@
-"""The LSS slave of a device (CiA 305): its node id and bit rate, and how a device without an id is found."""
+"""The LSS slave of a device (CiA 305): configuration of node id and bit rate, identification, fastscan."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 MASTER, SLAVE = 0x7E5, 0x7E4  # COB-IDs
 UNCONFIGURED = 0xFF  # node id of a device that has none
 _BIT_RATES = {0, 1, 2, 3, 4, 6, 7}  # indices of the standard table: 1000 to 20 kbit/s
-_IDENTITY = 4  # numbers: vendor, product, revision, serial
+_IDENTITY = 4  # identity numbers: vendor, product, revision, serial
 
 
 class Service(IntEnum):
@@ -35,13 +35,13 @@ class Service(IntEnum):
 
 
 class LssSlave:
-    """Follows the LSS master.
+    """The state of an LSS slave and its answers to the LSS master.
 
     Args:
         node: Node id that is stored in the device.
         identity: Returns vendor, product, revision and serial number (1018h).
         send: Sends 8 bytes to the master.
-        leave: Called when the device leaves the configuration with an id, which it had not before.
+        on_configured: Called when a device without node id leaves the configuration state with one.
 
     Attributes:
         active: Node id that the device uses.
@@ -54,13 +54,13 @@ class LssSlave:
         node: int,
         identity: Callable[[], tuple[int, ...]],
         send: Callable[[bytes], None],
-        leave: Callable[[], None],
+        on_configured: Callable[[], None],
     ) -> None:
         self.active = self.pending = self.stored = node
-        self._identity, self._send, self._leave = identity, send, leave
+        self._identity, self._send, self._on_configured = identity, send, on_configured
         self._configuring = False
-        self._matched = 0  # numbers of the identity that select or identify have named rightly
-        self._position = 0  # number of the identity that fastscan asks for
+        self._matched = 0  # identity numbers that have matched in this selection or identification
+        self._position = 0  # identity number that fastscan scans now
 
     def receive(self, data: bytes) -> None:
         """Receive a message of the master; unknown or short ones are ignored."""
@@ -84,10 +84,10 @@ class LssSlave:
         leaves = self._configuring and not configuring
         self._configuring = configuring
         if leaves and self.active == UNCONFIGURED and self.pending != UNCONFIGURED:
-            self._leave()
+            self._on_configured()
 
     def _select(self, number: int, value: int) -> None:
-        """Compare one number of the identity; the device with all four goes to configuration."""
+        """Compare one identity number; after four matches enter the configuration state."""
         if number == 0:
             self._matched = 0
         if self._matched == number and self._identity()[number] == value:
@@ -114,7 +114,7 @@ class LssSlave:
             self._answer(Service.IDENTIFIED)
 
     def _fastscan(self, value: int, bit: int, number: int, following: int) -> None:
-        """Answer while the upper bits of the asked number are those of the identity (CiA 305 6.7)."""
+        """Answer if the upper bits of the scanned number are those of the identity (CiA 305 6.7)."""
         if bit == 0x80:
             self._position = 0
             self._answer(Service.IDENTIFIED)

@@ -1,4 +1,4 @@
-"""Access to a device's objects, with the checks and the reactions that its parts add (CiA 301 7.4)."""
+"""Access to the objects of a device, with checks and reactions (CiA 301 7.4)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Objects:
     """The objects of one device, as SDO and PDOs read and write them.
 
     Attributes:
-        store: Values of the objects that are only kept.
+        store: Values of the objects that are not measured or computed.
         readers: Function that returns an object's present value, by (index, sub-index), for objects
             that are measured or computed instead of stored.
         checks: Function that is called with (sub-index, value) before a value is stored, by index; it
@@ -43,7 +43,7 @@ class Objects:
         return self.store.variable((index, sub)).encode(reader())
 
     def size(self, index: int, sub: int) -> int | None:
-        """Return how many bytes an object has; None for a string.
+        """Return the size of an object [byte]; None for a string.
 
         Raises:
             SdoAbort: There is no such object.

@@ -1,6 +1,6 @@
-"""PDOs: packing and unpacking by the present mapping, and when a TPDO is due (CiA 301 7.2.2).
+"""PDOs: packing and unpacking by their mapping, and timing of TPDOs (CiA 301 7.2.2).
 
-What a device allows to be written to its PDO parameters, and when: CiA 301 7.5.2.35 to 7.5.2.38.
+The checks of PDO parameters are those of CiA 301 7.5.2.35 to 7.5.2.38.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
     from omnimate.vcan_sim.nodes.dictionary import Key, ObjectStore
 
-NOT_VALID = 0x8000_0000
-_EXTENDED = 0x2000_0000
+NOT_VALID = 0x8000_0000  # bit 31 of a COB-ID parameter
+_EXTENDED = 0x2000_0000  # bit 29: 29-bit identifier
 _PDO_BITS = 64
-_DUMMIES = {(5, 0): 8, (6, 0): 16, (7, 0): 32}  # data types that an RPDO may be filled up with
+_DUMMIES = {(5, 0): 8, (6, 0): 16, (7, 0): 32}  # dummy entries of an RPDO: data types and their bits
 
-# COB-IDs that CiA 301 table 41 keeps from PDOs.
+# Restricted COB-IDs, which a PDO must not have: CiA 301 table 41.
 _RESTRICTED = (
     range(0x001),
     range(0x001, 0x080),
@@ -32,8 +32,8 @@ _RESTRICTED = (
     range(0x6E0, 0x800),
 )
 
-LAST_SYNCHRONOUS = 240
-DEVICE_EVENT = 255
+LAST_SYNCHRONOUS = 240  # largest synchronous transmission type
+DEVICE_EVENT = 255  # transmission type of event-driven PDOs
 MAPPING = 0x200  # from the index of a PDO's communication parameter to that of its mapping parameter
 
 
@@ -43,10 +43,10 @@ class Tpdo:
     Attributes:
         cob_id: COB-ID of the PDO.
         valid: Whether the PDO is valid and the device operational.
-        kind: Transmission type of the PDO.
-        start: SYNC counter with which it begins to answer; 0 where it has begun, or answers from the next on.
+        transmission_type: Transmission type of the PDO (sub-index 2).
+        sync_start: SYNC counter with which transmission begins (sub-index 6); 0 after that, or without one.
         data: Data that were sent last; None before the first transmission.
-        due: Time at which the event timer or a held-back event asks for a transmission [s].
+        due: Time of the next transmission by the event timer, or at the end of the inhibit time [s].
     """
 
     __slots__ = (
@@ -57,21 +57,21 @@ class Tpdo:
         "event",
         "index",
         "inhibit",
-        "kind",
         "length",
         "sent",
-        "start",
+        "sync_start",
         "syncs",
+        "transmission_type",
         "valid",
     )
 
     def __init__(self, index: int) -> None:
         self.index = index
         self._fields: tuple[tuple[Callable[[], int], int, int], ...] = ()
-        self.cob_id, self.kind, self.length = 0, DEVICE_EVENT, 0
+        self.cob_id, self.transmission_type, self.length = 0, DEVICE_EVENT, 0
         self.valid = False
         self.inhibit = self.event = 0.0
-        self.syncs = self.start = 0
+        self.syncs = self.sync_start = 0
         self.sent, self.due = -math.inf, math.inf
         self.data: bytes | None = None
 
@@ -81,10 +81,10 @@ class Tpdo:
         """Take over the PDO parameters of the object dictionary; timers restart."""
         cob_id = store[self.index, 1]
         self.cob_id, self.valid = cob_id & 0x7FF, not cob_id & NOT_VALID
-        self.kind = store[self.index, 2]
+        self.transmission_type = store[self.index, 2]
         self.inhibit, self.event = store[self.index, 3] * 1e-4, store[self.index, 5] * 1e-3
         self.syncs, self.data, self.sent = 0, None, -math.inf
-        self.start = store[self.index, 6]
+        self.sync_start = store[self.index, 6]
         entries, self.length = mapped(store, self.index + MAPPING)
         self._fields = tuple((reader(key), (1 << bits) - 1, shift) for key, bits, shift in entries)
         self.valid = self.valid and operational and self.length > 0
@@ -93,7 +93,7 @@ class Tpdo:
     @property
     def synchronous(self) -> bool:
         """Whether it answers SYNC."""
-        return self.kind <= LAST_SYNCHRONOUS
+        return self.transmission_type <= LAST_SYNCHRONOUS
 
     def pack(self) -> bytes:
         """Return the mapped objects' values now, little-endian."""
@@ -112,7 +112,7 @@ class Tpdo:
             self.due = math.inf
 
     def may_send(self, now: float) -> bool:
-        """Return whether changed data may go out now; within the inhibit time they wait until its end."""
+        """Return whether changed data may be sent now; within the inhibit time, set `due` to its end."""
         if now - self.sent >= self.inhibit - 1e-9:
             return True
         self.due = min(self.due, self.sent + self.inhibit)
@@ -125,7 +125,7 @@ class Rpdo:
     Attributes:
         cob_id: COB-ID of the PDO.
         valid: Whether the PDO is valid and the device operational.
-        waiting: Data that the next SYNC makes valid; None where there are none.
+        waiting: Data that are applied at the next SYNC; None for none.
         due: Time at which the deadline of the PDO passes [s].
     """
 
@@ -149,7 +149,7 @@ class Rpdo:
         self.valid = self.valid and operational and self.length > 0
 
     def unpack(self, data: bytes) -> list[tuple[Key, bytes]]:
-        """Return the mapped objects and their bytes; fill-up entries are left out."""
+        """Return the mapped objects and their bytes, without dummy entries."""
         return [
             (key, data[shift // 8 : (shift + bits) // 8])
             for key, bits, shift in self._fields
@@ -158,7 +158,7 @@ class Rpdo:
 
 
 def mapped(store: ObjectStore, index: int) -> tuple[list[tuple[Key, int, int]], int]:
-    """Return each object of a mapping parameter, its length and first bit [bit], and all of them [byte]."""
+    """Return (object, length, first bit) [bit] of each entry of a mapping, and the PDO's length [byte]."""
     fields, shift = [], 0
     for sub in range(1, store[index, 0] + 1):
         entry = store[index, sub]
@@ -189,9 +189,9 @@ def _check_cob_id(old: int, new: int) -> None:
 
 
 def check_mapping(store: ObjectStore, index: int, sub: int, value: int, *, pre_operational: bool) -> None:
-    """Refuse a mapping (1600h, 1A00h) that breaks the order or cannot be carried; raises SdoAbort.
+    """Refuse a write to a mapping (1600h, 1A00h) that is invalid or in the wrong order; raises SdoAbort.
 
-    The order: pre-operational, COB-ID invalid, number of entries 0, entries, number of entries.
+    The order is: pre-operational, COB-ID invalid, number of entries 0, entries, number of entries.
     """
     communication = index - MAPPING
     if not pre_operational or not store[communication, 1] & NOT_VALID:
@@ -213,7 +213,7 @@ def _check_count(store: ObjectStore, index: int, count: int) -> None:
 
 
 def _check_entry(store: ObjectStore, index: int, entry: int) -> None:
-    """Refuse an entry whose object cannot be mapped; a shorter length than its own carries the low bytes."""
+    """Refuse an entry whose object cannot be mapped; a length below its own maps the low bytes."""
     key, bits = (entry >> 16, entry >> 8 & 0xFF), entry & 0xFF
     receives = index < 0x1800
     if receives and _DUMMIES.get(key) == bits:

@@ -1,4 +1,4 @@
-"""The power drive state machine of CiA 402: controlword in, state and statusword out (CiA 402-2 figure 9)."""
+"""The power drive state machine of CiA 402: states, controlword and statusword (CiA 402-2 figure 9)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _FAULTY = {PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE}
 _POWERED = {PowerState.SWITCHED_ON, PowerState.OPERATION_ENABLED}
 
 
-def follow(state: PowerState, controlword: int, previous: int) -> PowerState:
+def next_state(state: PowerState, controlword: int, previous: int) -> PowerState:
     """Return the state after a controlword; `previous` is the one before, for the edge of fault reset."""
     if state in _FAULTY:
         edge = controlword & ~previous & _FAULT_RESET
@@ -38,7 +38,7 @@ def follow(state: PowerState, controlword: int, previous: int) -> PowerState:
 
 
 def _towards_enabled(state: PowerState, command: int) -> PowerState:
-    """Follow shutdown, switch on and enable operation; from switch on disabled only shutdown leads on."""
+    """Return the state after shutdown, switch on or enable operation; the first must be shutdown."""
     if command & _SWITCH_ON == _SHUTDOWN:
         return PowerState.READY_TO_SWITCH_ON
     if state is PowerState.SWITCH_ON_DISABLED:

@@ -1,4 +1,4 @@
-"""Which device gets which frame of the bus: NMT, SDO, heartbeats, LSS, TIME, and RPDOs by their COB-IDs."""
+"""Routing of frames to devices: NMT, SDO, heartbeats, LSS, TIME, and RPDOs by their COB-IDs."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ TIME_ID = 0x100
 
 
 class Router:
-    """Gives the frames of the bus to the devices that they are for."""
+    """Passes the frames of the bus to the devices that process them."""
 
     def __init__(self, devices: Sequence[Device]) -> None:
         self._devices = devices
         self._routes: dict[int, list[tuple[Device, Rpdo]]] | None = None
 
-    def forget_routes(self) -> None:
-        """Look the RPDOs up again at the next frame, because a device may have been configured anew."""
+    def invalidate_routes(self) -> None:
+        """Look up the RPDOs again at the next frame; for changes of a device's configuration."""
         self._routes = None
 
     def receive_message(self, message: can.Message, now: float) -> None:
-        """Give a message, received at a time [s], to all devices that take it; SYNC too."""
+        """Pass a message, received at a time [s], to all devices that process it, including SYNC."""
         can_id, data = message.arbitration_id, bytes(message.data)
         if message.is_remote_frame:
             for device in self._devices:
@@ -43,7 +43,7 @@ class Router:
             self.receive(can_id, data, now)
 
     def receive(self, can_id: int, data: bytes, now: float) -> None:
-        """Give a frame, received at a time [s], to all devices that take it."""
+        """Pass a data frame other than SYNC, received at a time [s], to all devices that process it."""
         if can_id == 0x000:
             self._on_nmt(data, now)
         elif 0x600 < can_id <= 0x67F:
@@ -54,7 +54,7 @@ class Router:
         elif can_id == MASTER:
             for device in self._devices:
                 device.on_lss(data, now)
-            self.forget_routes()
+            self.invalidate_routes()
         else:
             self._on_rpdo(can_id, data, now)
             if can_id == TIME_ID:
@@ -66,13 +66,13 @@ class Router:
             for device in self._devices:
                 if data[1] in {0, device.node}:
                     device.on_nmt(data[0], now)
-        self.forget_routes()
+        self.invalidate_routes()
 
     def _on_sdo(self, node: int, data: bytes, now: float) -> None:
         for device in self._devices:
             if device.node == node:
                 device.on_sdo(data, now)
-                self.forget_routes()
+                self.invalidate_routes()
 
     def _on_rpdo(self, can_id: int, data: bytes, now: float) -> None:
         if self._routes is None:
@@ -81,7 +81,7 @@ class Router:
             device.on_rpdo(rpdo, data, now)
 
     def _find_routes(self) -> dict[int, list[tuple[Device, Rpdo]]]:
-        """Return the receivers of each COB-ID, by the present configuration."""
+        """Return the receivers of each COB-ID by the current configuration."""
         routes: dict[int, list[tuple[Device, Rpdo]]] = {}
         for device in self._devices:
             for rpdo in device.rpdos:

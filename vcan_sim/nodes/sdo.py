@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 _HEADER = struct.Struct("<BHB")
 _ABORT = struct.Struct("<BHBL")
-_MAX_DOWNLOAD = 64  # [byte]; no object of ours is longer
-SEGMENT = 7  # bytes
-BLOCK_SIZE = 127  # segments, the most that CiA 301 allows
-LAST, SEQUENCE = 0x80, 0x7F  # of the first byte of a segment
+_MAX_DOWNLOAD = 64  # [byte] longer than any object of the simulated devices
+SEGMENT = 7  # [byte] of data in a segment
+BLOCK_SIZE = 127  # segments in a block, the maximum of CiA 301
+LAST, SEQUENCE = 0x80, 0x7F  # bits of the first byte of a segment
 
 
 @dataclass(slots=True)
 class _Transfer:
-    """The present segmented transfer."""
+    """The current segmented transfer."""
 
     index: int
     sub: int
@@ -82,8 +82,8 @@ class BlockDownload:
         sub: Sub-index of the object.
         size: Bytes that were announced; None where none were.
         has_crc: Whether the client sends a CRC.
-        longest: Bytes after which the transfer is refused.
-        data: What has come.
+        longest: Maximum number of bytes; a longer transfer is refused.
+        data: Bytes received so far, with the unused ones of the last segment.
         sequence: Number of the last segment of the block that came in order.
         is_ended: Whether the last segment has come.
     """
@@ -98,7 +98,7 @@ class BlockDownload:
     is_ended: bool = False
 
     def take(self, segment: bytes) -> bytes | None:
-        """Take a segment; return the answer to the block where it ends here."""
+        """Process a segment; return the answer at the end of a block, else None."""
         number = segment[0] & SEQUENCE
         if number == self.sequence + 1:
             self.sequence = number
@@ -113,7 +113,7 @@ class BlockDownload:
         return answer
 
     def finish(self, request: bytes) -> bytes:
-        """Return the object's bytes at the end of the transfer, its length and CRC checked."""
+        """Return the object's bytes at the end of the transfer; raise SdoAbort for a wrong length or CRC."""
         unused, crc = request[0] >> 2 & 0x07, int.from_bytes(request[1:3], "little")
         data = bytes(self.data[: len(self.data) - unused])
         if self.size is not None and self.size != len(data):
@@ -142,8 +142,8 @@ class SdoServer:
         self._transfer: _Transfer | None = None
         self._upload_block: BlockUpload | None = None
         self._download_block: BlockDownload | None = None
-        self._about: Sequence[int] = (0, 0)  # object of the present transfer, which an abort names
-        self._steps: dict[int, Callable[[bytes], Iterable[bytes]]] = {
+        self._object: Sequence[int] = (0, 0)  # index and sub-index of the current transfer, for an abort
+        self._handlers: dict[int, Callable[[bytes], Iterable[bytes]]] = {
             0: self._download_segment,
             1: self._download,
             2: self._upload,
@@ -153,39 +153,39 @@ class SdoServer:
         }
 
     def reset(self) -> None:
-        """Abandon the present transfer."""
+        """Cancel the current transfer."""
         self._transfer = self._upload_block = self._download_block = None
 
     def answers(self, request: bytes) -> tuple[bytes, ...]:
-        """Return the answers to a request: none to an abort or an invalid length, else mostly one."""
+        """Return the answers to a request: none to an abort or invalid length, several for a block upload."""
         if len(request) != 8 or request[0] == 0x80:
             self.reset()
             return ()
         try:
-            return tuple(answer.ljust(8, b"\0") for answer in self._follow(request))
+            return tuple(answer.ljust(8, b"\0") for answer in self._process(request))
         except SdoAbort as abort:
             self.reset()
-            return (_ABORT.pack(0x80, *self._about, abort.code),)
+            return (_ABORT.pack(0x80, *self._object, abort.code),)
 
-    def _follow(self, request: bytes) -> Iterable[bytes]:
+    def _process(self, request: bytes) -> Iterable[bytes]:
         block = self._download_block
         if block is not None and not block.is_ended:
             answer = block.take(request)
             return () if answer is None else (answer,)
         specifier = request[0] >> 5
-        if specifier == 4:  # an abort with bits that mean nothing
+        if specifier == 4:  # an abort with unused bits set
             self.reset()
             return ()
         if not self._continues(specifier, request[0]):
             self.reset()
-            _, *self._about = _HEADER.unpack_from(request)
-        step = self._steps.get(specifier)
+            _, *self._object = _HEADER.unpack_from(request)
+        step = self._handlers.get(specifier)
         if step is None:
             raise SdoAbort(Abort.COMMAND)
         return step(request)
 
     def _continues(self, specifier: int, command: int) -> bool:
-        """Return whether a request belongs to the present transfer, and names no object."""
+        """Return whether a request continues the current transfer, and so has no index."""
         if specifier in {0, 3}:
             return self._transfer is not None
         if specifier == 5:
@@ -209,7 +209,7 @@ class SdoServer:
         return data
 
     def _upload_segment(self, request: bytes) -> Iterable[bytes]:
-        transfer = self._under_way(request, upload=True)
+        transfer = self._current_transfer(request, upload=True)
         part = bytes(transfer.buffer[:7])
         del transfer.buffer[:7]
         last = not transfer.buffer
@@ -229,7 +229,7 @@ class SdoServer:
         return (_HEADER.pack(0x60, index, sub),)
 
     def _download_segment(self, request: bytes) -> Iterable[bytes]:
-        transfer = self._under_way(request, upload=False)
+        transfer = self._current_transfer(request, upload=False)
         transfer.buffer += request[1 : 8 - (request[0] >> 1 & 0x07)]
         if len(transfer.buffer) > _MAX_DOWNLOAD:
             raise SdoAbort(Abort.LENGTH)
@@ -240,8 +240,8 @@ class SdoServer:
             self._write(transfer.index, transfer.sub, bytes(transfer.buffer))
         return (bytes([0x20 | (request[0] & 0x10)]),)
 
-    def _under_way(self, request: bytes, *, upload: bool) -> _Transfer:
-        """Return the transfer that a segment belongs to, its toggle bit checked."""
+    def _current_transfer(self, request: bytes, *, upload: bool) -> _Transfer:
+        """Return the current transfer; raise SdoAbort for another direction or a wrong toggle bit."""
         transfer = self._transfer
         if transfer is None or transfer.upload is not upload:
             raise SdoAbort(Abort.COMMAND)

@@ -1,4 +1,4 @@
-"""The measuring side of an encoder: the plant's counts, latched at SYNC, made a position (CiA 406)."""
+"""The sensor of an encoder: position and speed (CiA 406) from the counts of the plant, latched at SYNC."""
 
 from __future__ import annotations
 
@@ -47,14 +47,18 @@ class Sensor:
         self._direction = 1
         self._units = self._resolution = 1
         self._range = self._full_range
-        self._plain = True
-        self._origin = 0  # of a counter that started from 0 after a reset
+        self._is_unmodified = True
+        self._origin = 0  # [counts] added to a counter that restarted from 0
         self.offset = 0
 
     def position(self) -> int:
         """Return the position value [counts] at the last SYNC."""
         counts = self._latch.counts[self._column]
-        return counts if self._plain else self._wrapped(self._measured(counts) + self._origin + self.offset)
+        return (
+            counts
+            if self._is_unmodified
+            else self._wrapped(self._measured(counts) + self._origin + self.offset)
+        )
 
     def speed(self) -> int:
         """Return the speed over the last SYNC period [counts/s], saturated at 16 bits."""
@@ -66,23 +70,23 @@ class Sensor:
         return max(-_MAX_SPEED - 1, min(_MAX_SPEED, round(step / self._latch.period)))
 
     def preset(self, value: int) -> None:
-        """Make the present position `value` [counts]."""
+        """Set the current position to `value` [counts]."""
         self.offset = value - self._origin - self._measured(self._latch.counts[self._column])
-        self._update_plain()
+        self._update_is_unmodified()
 
     def configure(self, direction: int, units: int, resolution: int, total: int) -> None:
-        """Take over code sequence and scaling; `total` 0 leaves the range of the counter."""
+        """Set code sequence (1 or -1), scaling (units per resolution) and range; 0 is the full range."""
         self._direction, self._units, self._resolution = direction, units, resolution
         self._range = total or self._full_range
-        self._update_plain()
+        self._update_is_unmodified()
 
     def restart(self) -> None:
-        """Start after power-on: an incremental counter from 0, code sequence and scaling by default."""
+        """Set the state after power-on: an incremental counter at 0, default code sequence and scaling."""
         self._direction = self._units = self._resolution = 1
         self._range = self._full_range
         if self._volatile:
             self.offset, self._origin = 0, -self._measured(self._latch.counts[self._column])
-        self._update_plain()
+        self._update_is_unmodified()
 
     def _measured(self, counts: int) -> int:
         return self._direction * counts * self._units // self._resolution
@@ -90,6 +94,6 @@ class Sensor:
     def _wrapped(self, value: int) -> int:
         return (value - self._low) % self._range + self._low
 
-    def _update_plain(self) -> None:
+    def _update_is_unmodified(self) -> None:
         scaled = self._units != self._resolution or self._range != self._full_range
-        self._plain = not (self._origin or self.offset or scaled) and self._direction == 1
+        self._is_unmodified = not (self._origin or self.offset or scaled) and self._direction == 1

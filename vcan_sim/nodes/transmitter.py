@@ -1,4 +1,4 @@
-"""The sending side of a device, where its faults act: silence, wrong lengths, late answers, babbling."""
+"""The transmitter of a device, with its faults: silence, wrong lengths, late answers, babbling."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_NO_PDO = 0x7FF  # COB-ID of a device that babbles before it has sent a PDO
+_NO_PDO = 0x7FF  # COB-ID used by a device that babbles before it has sent a PDO
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,10 @@ class Disturbance:
         off: Whether the device is without power: it neither receives nor sends.
         silent: Whether the device sends nothing.
         frozen: Whether the device's PDOs repeat their last data.
-        length: Length that the device's PDOs are cut or filled up to [byte]; None for the right one.
-        late_by: Time by which late PDOs are sent later [s].
-        late_every: Number of PDOs of which one is late.
+        length: Length that the device's PDOs are cut or filled up to [byte]; None for the length of their
+            mapping.
+        late_by: Delay of late PDOs [s].
+        late_every: One of this number of PDOs is late.
         babble: Frames with which the device floods the bus; None for none.
     """
 
@@ -56,10 +57,10 @@ NONE = Disturbance()
 
 
 class Transmitter:
-    """Sends a device's frames as its faults let it.
+    """Sends the frames of a device, changed by its faults.
 
     Attributes:
-        due: Time at which held-back frames or the next burst are sent [s].
+        due: Time at which delayed frames or the next burst are sent [s].
     """
 
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
@@ -73,7 +74,7 @@ class Transmitter:
 
     @property
     def disturbance(self) -> Disturbance:
-        """The present faults."""
+        """The current faults."""
         return self._disturbance
 
     def disturb(self, disturbance: Disturbance, now: float) -> None:
@@ -113,7 +114,7 @@ class Transmitter:
             self.send(cob_id, data)
 
     def run(self, now: float) -> None:
-        """Send the frames held back until now, and the burst that is due."""
+        """Send delayed frames and bursts whose time has passed [s]."""
         self._send_held(now)
         babble = self._disturbance.babble
         if babble is not None and now >= self._burst_due:
@@ -130,9 +131,9 @@ class Transmitter:
             self.send(cob_id, data)
 
     def _babble_frame(self) -> tuple[int, bytes]:
-        """Return the frame that is babbled; the device's first PDO unless another is given."""
+        """Return COB-ID and data of a babbling device; by default those of its first PDO."""
         babble = self._disturbance.babble
-        assert babble is not None  # the caller has looked
+        assert babble is not None  # checked by the caller
         cob_id = babble.cob_id
         if cob_id is None:
             cob_id = next(iter(self._last), _NO_PDO)

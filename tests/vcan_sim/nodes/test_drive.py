@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from omnimate.vcan_sim.nodes.power_state import PowerState, follow
+from omnimate.vcan_sim.nodes.power_state import PowerState, next_state
 from omnimate.vcan_sim.reference import reference_vehicle
 
 NODE, COUNTS = 11, 40_000  # of drive a.left; counts per turn
@@ -217,4 +217,4 @@ def test_a_drive_whose_encoder_is_a_channel_shows_it_at_6064h(make_bench):
 
 def test_from_switch_on_disabled_only_shutdown_leads_on():
     for controlword in (0x07, 0x0F, 0x00, 0x02):
-        assert follow(PowerState.SWITCH_ON_DISABLED, controlword, 0) is PowerState.SWITCH_ON_DISABLED
+        assert next_state(PowerState.SWITCH_ON_DISABLED, controlword, 0) is PowerState.SWITCH_ON_DISABLED

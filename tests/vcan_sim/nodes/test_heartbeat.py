@@ -34,13 +34,13 @@ def test_a_node_is_watched_from_its_first_heartbeat_on(node, period, now):
     consumer = HeartbeatConsumer()
     consumer.configure(node << 16 | period)
     assert consumer.due == math.inf
-    assert consumer.heard(node, now)
+    assert consumer.receive(node, now)
     assert consumer.due == pytest.approx(now + period * 1e-3)
-    assert not consumer.heard(node % 127 + 1, now + 1.0)
+    assert not consumer.receive(node % 127 + 1, now + 1.0)
 
 
 def test_without_a_time_no_node_is_watched():
     consumer = HeartbeatConsumer()
     consumer.configure(5 << 16)
-    assert not consumer.heard(5, 0.0)
+    assert not consumer.receive(5, 0.0)
     assert consumer.due == math.inf

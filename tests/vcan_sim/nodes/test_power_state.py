@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.vcan_sim.nodes.power_state import PowerState, follow, statusword
+from omnimate.vcan_sim.nodes.power_state import PowerState, next_state, statusword
 
 states = st.sampled_from(PowerState)
 controlwords = st.integers(0, 0xFFFF)
@@ -19,19 +19,19 @@ DISABLED, READY, ON, ENABLED = (
 
 @given(states, controlwords, controlwords)
 def test_without_voltage_no_drive_that_is_sound_stays_switched_on(state, controlword, previous):
-    after = follow(state, controlword & ~0x02, previous)
+    after = next_state(state, controlword & ~0x02, previous)
     assert after is DISABLED or state in FAULTY
 
 
 @given(controlwords, controlwords)
 def test_only_an_edge_of_fault_reset_leaves_the_fault(controlword, previous):
-    left = follow(PowerState.FAULT, controlword, previous) is not PowerState.FAULT
+    left = next_state(PowerState.FAULT, controlword, previous) is not PowerState.FAULT
     assert left == bool(controlword & ~previous & 0x80)
 
 
 @given(states, controlwords, controlwords)
 def test_operation_is_enabled_by_enable_operation_alone_and_never_from_disabled(state, controlword, previous):
-    if follow(state, controlword, previous) is ENABLED:
+    if next_state(state, controlword, previous) is ENABLED:
         assert controlword & 0x0F == 0x0F
         assert state is not DISABLED
         assert state not in FAULTY
@@ -48,4 +48,4 @@ def test_the_statusword_shows_the_state_and_the_bits(state, remote, reached, sta
 
 @pytest.mark.parametrize("state", [ENABLED, PowerState.QUICK_STOP_ACTIVE])
 def test_quick_stop_stops_a_drive_that_runs(state):
-    assert follow(state, 0x02, 0) is PowerState.QUICK_STOP_ACTIVE
+    assert next_state(state, 0x02, 0) is PowerState.QUICK_STOP_ACTIVE
