@@ -159,7 +159,7 @@ class Store(RuleBasedStateMachine):
     @rule(target=session_ids, how=st.sampled_from(["manual", "drive"]), instance=SERVICES, key=KEYS)
     def start(self, how, instance, key):
         body = SessionStart(how=how, runs=1)
-        content = self.send(instance, key, "start", umbmark_sessions.start, body)
+        content = self.send(instance, key, "start", umbmark_sessions.start_session, body)
         if content is None:
             return multiple()
         session = self.sessions[content["id"]] = {
@@ -185,7 +185,13 @@ class Store(RuleBasedStateMachine):
         by_hand = self.is_in(session, "collecting", "solved") and session["how"] == "manual"
         measured = self.is_in(session, "measuring")
         content = self.send(
-            instance, key, f"sample {number}", umbmark_sessions.add, number, body, allowed=by_hand or measured
+            instance,
+            key,
+            f"sample {number}",
+            umbmark_sessions.add_sample,
+            number,
+            body,
+            allowed=by_hand or measured,
         )
         if content is None:
             return
@@ -199,7 +205,7 @@ class Store(RuleBasedStateMachine):
     def remove(self, number, run, instance, key):
         session = self.sessions[number]
         allowed = self.is_in(session, "collecting", "interrupted", "solved") and run in session["samples"]
-        route = umbmark_sessions.remove
+        route = umbmark_sessions.remove_sample
         if self.send(instance, key, f"remove {number} {run}", route, number, run, allowed=allowed) is None:
             return
         del session["samples"][run]
@@ -213,7 +219,7 @@ class Store(RuleBasedStateMachine):
         allowed = both and self.is_in(session, "collecting", "interrupted", "solved")
 
         def route(number, call):
-            return umbmark_results.solve(number, call, None)
+            return umbmark_results.solve_session(number, call, None)
 
         if self.send(instance, key, f"solve {number}", route, number, allowed=allowed) is not None:
             self.used(session, state="solved", solved=True)
@@ -224,7 +230,7 @@ class Store(RuleBasedStateMachine):
         allowed = self.is_in(session, "solved") and session["version"] == self.newest_version
 
         def route(number, call):
-            return umbmark_results.accept(number, call, "*", umbmark_results.Accept(force=True))
+            return umbmark_results.accept_result(number, call, "*", umbmark_results.Accept(force=True))
 
         if self.send(instance, key, f"accept {number}", route, number, allowed=allowed) is not None:
             self.newest_version += 1
@@ -234,7 +240,7 @@ class Store(RuleBasedStateMachine):
     def abort(self, number, instance, key):
         session = self.sessions[number]
         allowed = self.is_in(session, *sessions.OPEN_STATES)
-        route = umbmark_sessions.abort
+        route = umbmark_sessions.abort_session
         if self.send(instance, key, f"abort {number}", route, number, allowed=allowed) is not None:
             self.used(session, state="aborted", owner=None, lease=None)
 
@@ -242,7 +248,7 @@ class Store(RuleBasedStateMachine):
     def resume(self, number, instance, key):
         session = self.sessions[number]
         allowed = self.is_in(session, "interrupted")
-        route = umbmark_sessions.resume
+        route = umbmark_sessions.resume_session
         if self.send(instance, key, f"resume {number}", route, number, allowed=allowed) is not None:
             self.driven(session, instance)
 
@@ -273,7 +279,7 @@ class Store(RuleBasedStateMachine):
     @rule(target=job_ids, instance=SERVICES, key=KEYS)
     def queue_a_job(self, instance, key):
         body = queue.DiagnosisStart(recordings=["rec"])
-        content = self.send(instance, key, "diagnose", diagnoses.start, body)
+        content = self.send(instance, key, "diagnose", diagnoses.start_diagnosis, body)
         if content is None:
             return multiple()
         self.jobs[content["id"]] = {"attempts": 0, "created": self.now}
@@ -317,7 +323,7 @@ class Store(RuleBasedStateMachine):
     def cancel_a_job(self, number, instance, key):
         job = self.jobs[number]
         allowed = job["state"] in {"queued", "running"}
-        route = diagnoses.cancel
+        route = diagnoses.cancel_diagnosis
         if self.send(instance, key, f"cancel {number}", route, number, allowed=allowed) is not None:
             job["state"] = "cancelled"
 
