@@ -506,12 +506,12 @@ def test_no_view_is_wider_than_a_phone(browser, address, view, locale, picture):
 def test_the_page_is_in_the_browsers_language_until_another_one_is_chosen(browser, address):
     with opened(browser, f"{address}/#vehicle", "de-DE") as page:
         sizes = page.locator("#parameters")
-        expect(sizes).to_contain_text("Radstand340,00", timeout=SOON)
+        expect(sizes).to_contain_text(re.compile(r"Radstand\d+,\d\d"), timeout=SOON)
         expect(page).to_have_title("omnimate: Kalibrierung", timeout=SOON)
         page.get_by_role("button", name="English").click()
-        expect(sizes).to_contain_text("wheelbase340.00", timeout=SOON)
+        expect(sizes).to_contain_text(re.compile(r"wheelbase\d+\.\d\d"), timeout=SOON)
         page.reload()
-        expect(sizes).to_contain_text("wheelbase340.00", timeout=SOON)
+        expect(sizes).to_contain_text(re.compile(r"wheelbase\d+\.\d\d"), timeout=SOON)
         expect(page.locator("html")).to_have_attribute("lang", "en")
 
 
