@@ -9,7 +9,7 @@ import numpy as np
 
 from omnimate.motion.reading import LinkReader
 from omnimate.vehicle.odometry import Odometer
-from omnimate.vehicle.se2 import compose, inverse, wrap
+from omnimate.vehicle.se2 import between, compose, wrap
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -89,16 +89,13 @@ def drive(
         locate: Returns the pose of truck a by odometry after a sample, from any start; None where the caller
             has no odometry of its own.
     """
-    locate, reader = locate or Odometer(vehicle, "a").step, LinkReader(vehicle)
-    start: Array | None = None  # of odometry, as the program sees it
+    odometer = Odometer(vehicle, "a") if locate is None else _MovedOdometer(locate)
+    reader = LinkReader(vehicle)
     standing = (0.0,) * len(vehicle.wheels)
     last_complete, patience = -np.inf, MAX_BLIND_TIME - 2.0 * vehicle.bus.sync_period
     while not runner.done:
         sample = robot.cycle()
-        located = locate(sample)
-        start = inverse(located) if start is None else start
-        x, y, theta = compose(start, located).tolist()
-        pose = x, y, theta
+        pose = odometer.step(sample)
         if all(sample.present):
             last_complete = sample.time
         elif sample.time - last_complete > patience:
@@ -110,8 +107,25 @@ def drive(
         journal.observe(sample.time, runner)
         where = _measure_fixes(sample.time, vehicle, journal, fix) if runner.fix_due and fix else None
         if where is not None:
-            start = compose(where, inverse(located))
+            odometer.pose = (float(where[0]), float(where[1]), float(where[2]))
         yield Moment(sample, pose, runner.lap, where)
+
+
+class _MovedOdometer:
+    """Odometry of another owner as an odometer that begins at zero, and anew where `pose` is set."""
+
+    def __init__(self, locate: Callable[[Sample], PoseTuple]) -> None:
+        self.pose: PoseTuple = (0.0, 0.0, 0.0)
+        self._locate = locate
+        self._last: PoseTuple | None = None
+
+    def step(self, sample: Sample) -> PoseTuple:
+        """Process one sample and return the pose after it."""
+        last, self._last = self._last, self._locate(sample)
+        if last is not None:
+            x, y, theta = compose(self.pose, between(last, self._last)).tolist()
+            self.pose = x, y, theta
+        return self.pose
 
 
 def _measure_fixes(time: float, vehicle: VehicleParameters, journal: Journal, fix: Fix) -> Array | None:
