@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
 
 from omnimate.service.errors import NotFoundError, StateError, TooManyError
 from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
@@ -189,6 +189,4 @@ class Queue(RuleBasedStateMachine):
 
 def test_no_sequence_of_events_loses_a_job_or_gives_it_to_two_services(empty):
     Queue.database = empty
-    machine = Queue.TestCase
-    machine.settings = settings(max_examples=15, stateful_step_count=15)
-    machine().runTest()
+    run_state_machine_as_test(Queue, settings=settings(max_examples=15, stateful_step_count=15))

@@ -6,7 +6,7 @@ from typing import get_args
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
 
 from omnimate.service.errors import ExpiredError, OmnimateError, StateError
 from omnimate.service.store import vehicles
@@ -169,6 +169,4 @@ class Session(RuleBasedStateMachine):
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_no_sequence_of_calls_brings_a_session_out_of_its_table(database):
     Session.database = database
-    machine = Session.TestCase
-    machine.settings = settings(max_examples=15, stateful_step_count=15)
-    machine().runTest()
+    run_state_machine_as_test(Session, settings=settings(max_examples=15, stateful_step_count=15))

@@ -14,7 +14,7 @@ import can
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
 from sqlalchemy import select
 from sqlalchemy.exc import OperationalError
 
@@ -403,6 +403,4 @@ def refusing_database(tmp_path):
 
 def test_after_a_stop_no_wheel_turns_and_the_session_says_so(refusing_database, tmp_path):
     Stopping.database, Stopping.place = refusing_database, str(tmp_path)
-    machine = Stopping.TestCase
-    machine.settings = settings(max_examples=15, stateful_step_count=8)
-    machine().runTest()
+    run_state_machine_as_test(Stopping, settings=settings(max_examples=15, stateful_step_count=8))

@@ -17,6 +17,7 @@ from hypothesis.stateful import (
     multiple,
     precondition,
     rule,
+    run_state_machine_as_test,
 )
 from sqlalchemy import select
 
@@ -364,6 +365,4 @@ def test_after_any_sequence_of_operations_store_and_model_agree(database):
         )  # fmt: skip
         db.add(row)
     Store.database = database
-    machine = Store.TestCase
-    machine.settings = settings(stateful_step_count=40)
-    machine().runTest()
+    run_state_machine_as_test(Store, settings=settings(stateful_step_count=40))

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, rule, run_state_machine_as_test
 
 from omnimate.driver.robot.driver import Driver
 
@@ -86,6 +86,4 @@ class Nodes(RuleBasedStateMachine):
 @pytest.mark.usefixtures("_impatient")
 def test_only_operational_nodes_are_read_each_fault_is_reported_once_and_nodes_recover(kit):
     Nodes.kit = kit
-    machine = Nodes.TestCase
-    machine.settings = settings(max_examples=10, stateful_step_count=15)
-    machine().runTest()
+    run_state_machine_as_test(Nodes, settings=settings(max_examples=10, stateful_step_count=15))
