@@ -112,7 +112,7 @@ def drive(
 
 
 class _MovedOdometer:
-    """Odometry of another owner as an odometer that begins at zero, and anew where `pose` is set."""
+    """Turns the poses of another odometry into poses from zero, and from each `pose` that is set."""
 
     def __init__(self, locate: Callable[[Sample], PoseTuple]) -> None:
         self.pose: PoseTuple = (0.0, 0.0, 0.0)

@@ -1,15 +1,15 @@
 """Disk cache of compiled code, keyed by content.
 
 There is one folder per content and signature, so that no stale code is read, concurrent processes write the
-same, and another checkout or a new installation compiles nothing anew. Without write access there is no disk
-cache. The folders are in the user's cache or in NUMBA_CACHE_DIR.
+same, and another checkout or a new installation finds its code compiled. Without write access there is no
+disk cache. The folders are in the user's cache or in NUMBA_CACHE_DIR.
 
 numba's own `cache=True` is not enough: it compares the date of one source file, and so runs stale code when
 a function that is called from another file has changed (numba's documentation, "Cache limitations"), and
-compiles anew what only moved. Here numba's cache does the reading and writing; what is added is the folder,
-which is chosen before a dispatcher compiles a signature. `Dispatcher.compile` and `numba.core.caching` are no
-documented interface: `tests/vehicle/test_compiled.py` runs on the numba of `.ci/constraints.txt`, and in
-`make smoke` on the oldest one that is allowed.
+compiles a file again that was only moved. Here numba's cache does the reading and writing; what is added is
+the folder, which is chosen before a dispatcher compiles a signature. `Dispatcher.compile` and
+`numba.core.caching` are no documented interface: `tests/vehicle/test_compiled.py` runs on the numba of
+`.ci/constraints.txt`, and in `make smoke` on the oldest one that is allowed.
 """
 
 from __future__ import annotations

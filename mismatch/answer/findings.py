@@ -179,6 +179,9 @@ def _finding(
     """Return an effect of the fit that explains a share, as a finding no surer than a probability."""
     effect, regression = fit.chosen.effects[number], fit.regression
     part_of = regression.white[:, fit.chosen.places[number]] @ fit.chosen.values[number]
+    error = changing_error(fit, number)
+    if error is not None:
+        return _changing(effect, error, rivals.probability, explained, channels_of(regression, part_of))
     signals = [single.signals for single in regression.windows]
     intervals = crossings(effect, signals)
     others = tuple(
@@ -186,9 +189,6 @@ def _finding(
     )
     names = [effect.name, *(other.effect for other in others)]
     unknown = effect.name == UNKNOWN
-    error = changing_error(fit, number)
-    if error is not None:
-        return _changing(effect, error, rivals.probability, explained, channels_of(regression, part_of))
     return Finding(
         effect.name,
         effect.component,

@@ -24,7 +24,7 @@ _RESAMPLES = 1000
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A printed number beside ours."""
+    """A number of a paper, and the same number as measured here."""
 
     paper: str  # the paper, U, C or O; N for a number that no paper prints
     place: str  # place in the paper

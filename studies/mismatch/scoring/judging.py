@@ -42,9 +42,9 @@ def wrong(finding: dict[str, Any], label: Label) -> bool:
 
 
 def is_secondary(finding: dict[str, Any], label: Label) -> bool:
-    """Say whether a finding is true beside the label's effects: naming it is right, missing it no mistake."""
-    beside = (*label.get("secondary", ()), *label.get("acceptable_findings", ()))
-    return names_of([finding]) <= names_of(beside)
+    """Say whether a finding is true but no effect of the label: naming it is right, missing it no mistake."""
+    secondary = (*label.get("secondary", ()), *label.get("acceptable_findings", ()))
+    return names_of([finding]) <= names_of(secondary)
 
 
 def first_right(label: Label, answer: Answer) -> bool:
