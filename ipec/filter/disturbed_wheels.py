@@ -14,6 +14,7 @@ from omnimate.ipec.filter.records import (
     AHEAD,
     INPUTS,
     JOINT_A,
+    LINK,
     SIDES,
     FilterSettings,
     FilterState,
@@ -27,6 +28,9 @@ EQUAL_SCORE_MARGIN = 4.0  # [squared standard deviations] two inputs closer than
 MAX_ATTEMPTS, WHEEL_ATTEMPTS = 4, 2  # inputs per step that are distrusted in turn, the first ones wheels
 # Prior odds of a bump, one per metre (O 3), against a push, one per kilometre (assumption).
 BUMP_TO_PUSH_LOG_ODDS = math.log(1e3)
+# [1] That what looks like a push is two bumps at once: in 50 mm two bumps of one per metre, whose losses of
+# up to 5 mm are equal to 0.1 mm (5e-5), against one push (5e-5).
+TWO_BUMPS_PROBABILITY = 0.5
 SLIP_GATE_FACTOR = 3.0  # [1] gate of slip of a truck, over the gate of a wheel; assumption: slip is rarer
 # Speed over that in the previous step below which a wheel brakes, and may slip forward: 0.5 m/s^2 at 0.7 m/s.
 BRAKING_SPEED_RATIO = 0.95
@@ -115,7 +119,7 @@ def detect_disturbed_inputs(settings: FilterSettings, state: FilterState, opened
 
     `nis` is set to the squared innovation, and its log density is added to the score.
     """
-    offsets, scores, information, pull = state.innovations, state.explained, state.information, state.pull
+    offsets, information, pull = state.innovations, state.information, state.pull
     for number in range(3):
         offsets[number] = innovation(state, opened, number)
     fill_innovation_covariance(state, opened)
@@ -129,18 +133,10 @@ def detect_disturbed_inputs(settings: FilterSettings, state: FilterState, opened
     for attempt in range(MAX_ATTEMPTS):
         if remaining < settings.gate:
             break
-        for number in range(INPUTS):
-            scores[number] = explained_by_input(state, opened, number, information, pull)
-        first, last = inputs_to_examine(settings, attempt, remaining, scores)
-        best = scores[first:last].max()
-        if best < (settings.gate if first == 0 else SLIP_GATE_FACTOR * settings.gate):
-            continue
-        for number in range(first, last):
-            if scores[number] >= best - EQUAL_SCORE_MARGIN and scores[number] > 0.0:
-                _distrust(settings, state, opened, number)
-        fill_innovation_covariance(state, opened)
-        invert_into(information, state.spread)
-        remaining = squared_innovation(information, offsets, pull)
+        if distrust_best(settings, state, opened, attempt, remaining):
+            fill_innovation_covariance(state, opened)
+            invert_into(information, state.spread)
+            remaining = squared_innovation(information, offsets, pull)
     learn_noise(settings, state, opened, information, pull, remaining)
     if remaining > settings.gate:  # not explained by any input: inflate the variance of all
         more = (remaining - 3.0) / STUDENT_FREEDOM
@@ -149,6 +145,26 @@ def detect_disturbed_inputs(settings: FilterSettings, state: FilterState, opened
             opened.input_variance[number] += variance
             add_input(state, opened, number, variance)
         fill_innovation_covariance(state, opened)
+
+
+@compiled
+def distrust_best(
+    settings: FilterSettings, state: FilterState, opened: OpenFilter, attempt: int, remaining: float
+) -> bool:
+    """Distrust the inputs that explain most of the squared innovation; return whether any explains enough."""
+    scores, information, pull = state.explained, state.information, state.pull
+    for number in range(INPUTS):
+        scores[number] = explained_by_input(state, opened, number, information, pull)
+    first, last = inputs_to_examine(settings, attempt, remaining, scores)
+    best = scores[first:last].max()
+    if best < (settings.gate if first == 0 else SLIP_GATE_FACTOR * settings.gate):
+        return False
+    if attempt == 0 and first == SIDES:
+        doubt_push(state, opened, first + int(scores[first:last].argmax()), information, pull)
+    for number in range(first, last):
+        if scores[number] >= best - EQUAL_SCORE_MARGIN and scores[number] > 0.0:
+            _distrust(settings, state, opened, number)
+    return True
 
 
 @compiled
@@ -194,6 +210,18 @@ def fill_noise_levels(settings: FilterSettings, state: FilterState, opened: Open
     for level in range(4):
         known = settings.noise[level] * settings.trust + opened.learned[level, 0]
         state.levels[level] = known / (settings.trust + opened.learned[level, 1])
+
+
+@compiled
+def doubt_push(state: FilterState, opened: OpenFilter, number: int, information: Array, pull: Array) -> None:
+    """Add the variance of the heading that a sideways push has, if it may be two wheels on a bump instead.
+
+    A push of one truck turns the link by an angle against both trucks. Two wheels, one of each truck, that
+    lose the same travel turn both trucks by it, and the link keeps its heading; the readings are the same.
+    """
+    score, weight = project_on_input(state, number, information, pull)
+    turned = state.inputs[LINK, number] * score / weight
+    opened.covariance[LINK, LINK] += TWO_BUMPS_PROBABILITY * turned * turned
 
 
 @compiled

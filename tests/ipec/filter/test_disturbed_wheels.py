@@ -5,9 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.disturbed_wheels import explained_by_input, inputs_to_examine, learn_noise
+from omnimate.ipec.filter.disturbed_wheels import (
+    TWO_BUMPS_PROBABILITY,
+    doubt_push,
+    explained_by_input,
+    inputs_to_examine,
+    learn_noise,
+)
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, SIDES, FilterState, OpenFilter
+from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, LINK, SIDES, FilterState, OpenFilter
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.compiled import record
 
@@ -92,6 +98,19 @@ def test_a_push_that_explains_alone_what_no_wheel_does_comes_before_two_wheels(r
     scores[0], scores[SIDES] = 250.0, 300.0
     assert inputs_to_examine(settings_[0], 0, left, scores) == (0, SIDES)
     assert inputs_to_examine(settings_[0], 3, left, scores) == (SIDES, INPUTS)
+
+
+@many
+@given(seeds, st.integers(SIDES, AHEAD - 1), st.floats(1e-4, 0.05))
+def test_a_push_may_be_two_bumps_that_turn_both_trucks_and_not_the_link(seed, truck, pushed):
+    """The link turned by a push, or did not: its heading gets the mean square of that."""
+    chance = np.random.default_rng(seed)
+    states, filters, information = predicted(chance), record(OpenFilter), positive(chance)
+    pull = information @ (pushed * states["inputs"][0, JOINT_A : JOINT_A + 3, truck])
+    doubt_push(states[0], filters[0], truck, information, pull)
+    turned = pushed * states["inputs"][0, LINK, truck]
+    assert filters["covariance"][0, LINK, LINK] == pytest.approx(TWO_BUMPS_PROBABILITY * turned**2)
+    assert np.count_nonzero(filters["covariance"]) == 1
 
 
 @many
