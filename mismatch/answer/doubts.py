@@ -35,8 +35,8 @@ def surest_names(
     """Return the largest probability that each effect of the fit may have.
 
     A name is doubted where the fit does not explain the data; where what predicts the leftover, or the other
-    laws, which are not exact, may explain as much; and where it is a constant number on a component whose
-    error varies. A push is doubted where events have a name: it may be one more of them.
+    laws, which are not exact, may explain as much; and on a component with a lasting error without a name, of
+    which it may be a part. A push is doubted where events have a name: it may be one more of them.
 
     Args:
         found: The best set, and its fit.
@@ -47,7 +47,7 @@ def surest_names(
         residual: Held-out residual with the effects.
     """
     terms = found.fit.chosen.terms
-    varying = {found.posterior.terms[member].component for member in _lasting(found)}
+    nameless = {found.posterior.terms[member].component for member in _lasting(found)}
     has_named_events = any(term.is_local and not term.is_unknown for term in terms)
     predicted = _are_predicted(parts, after, left)
     inexact = _are_discrepancies(terms, explained)
@@ -57,7 +57,7 @@ def surest_names(
         else residual >= MISFIT
         or predicted[number]
         or inexact[number]
-        or (term.is_calibrated and term.component in varying)
+        or (not term.is_local and term.component in nameless)
         for number, term in enumerate(terms)
     ]
     return [EVEN if doubt else SUREST for doubt in doubted]

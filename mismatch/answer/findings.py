@@ -184,9 +184,7 @@ def _finding(
         return _changing(effect, error, rivals.probability, explained, channels_of(regression, part_of))
     signals = [single.signals for single in regression.windows]
     intervals = crossings(effect, signals)
-    others = tuple(
-        Alternative(*key, probability=share) for key, share in rivals.rivals[:_SHOWN] if share >= POSSIBLE
-    )
+    others = _alternatives(rivals, (effect.name, effect.component), surest)
     names = [effect.name, *(other.effect for other in others)]
     unknown = effect.name == UNKNOWN
     return Finding(
@@ -208,6 +206,16 @@ def _finding(
         "; ".join(drives_for(names)) if any(other.probability > 0.05 for other in others) else "",
         repeats,
     )
+
+
+def _alternatives(rivals: Rivalry, key: Key, surest: float) -> tuple[Alternative, ...]:
+    """Return what may stand in a finding's place; what is doubted of its probability has no name."""
+    shares = dict(rivals.rivals)
+    unknown = UNKNOWN, key[1]
+    if key != unknown:
+        shares[unknown] = shares.get(unknown, 0.0) + max(0.0, rivals.probability - surest)
+    likeliest = sorted(shares.items(), key=lambda pair: -pair[1])[:_SHOWN]
+    return tuple(Alternative(*other, probability=share) for other, share in likeliest if share >= POSSIBLE)
 
 
 def _changing(
@@ -250,9 +258,7 @@ def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float, 
     if laws:
         vehicle = found.signals[0].recording.vehicle
         says += f" A law was learned of it: {'; '.join(law.describe(vehicle) for law in laws)}."
-    others = tuple(
-        Alternative(*key, probability=share) for key, share in rivals.rivals[:_SHOWN] if share >= POSSIBLE
-    )
+    others = _alternatives(rivals, term.key, surest)
     return Finding(
         UNKNOWN,
         term.component,
@@ -299,8 +305,13 @@ def _parameters(regression: Regression, acting: Acting, number: int) -> tuple[Pa
 
 
 def _ordered(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Return findings with what is asserted first, and most of the mismatch first among these."""
-    return tuple(sorted(findings, key=lambda single: (single.probability < ASSERTED, -single.explained)))
+    """Return findings in order: without doubt, asserted, possible; most of the mismatch first in each."""
+    return tuple(
+        sorted(
+            findings,
+            key=lambda each: (each.probability <= EVEN, each.probability < ASSERTED, -each.explained),
+        )
+    )
 
 
 def _candidates(
