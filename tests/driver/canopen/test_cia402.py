@@ -11,6 +11,7 @@ from omnimate.driver.canopen.cia402 import (
     FILLER,
     MODE,
     POLLS,
+    QUICK_STOP,
     TARGET_VELOCITY,
     TargetPdo,
     disable_drive,
@@ -19,7 +20,7 @@ from omnimate.driver.canopen.cia402 import (
     takes_target,
 )
 from omnimate.driver.canopen.pdo_mapping import Entry
-from omnimate.driver.errors import DriveError, SdoRefused
+from omnimate.driver.errors import DriveError, NotTaken, SdoRefused
 from omnimate.vehicle.errors import TableError
 from omnimate.vehicle.parameters import Drive
 
@@ -80,18 +81,31 @@ def test_the_speed_is_zero_before_the_torque_is_on(drive, state):
     enable_drive(sdo, no_wait)
     order = [(index, value) for index, _, value in device.writes]
     assert order.index((0x60FF, 0)) < order.index((0x6040, 0x0F))
+    assert {value for index, value in order if index == 0x60FF} == {0}
+
+
+def test_a_drive_that_keeps_another_speed_gets_no_torque(drive):
+    device, sdo = drive(SWITCH_ON_DISABLED)
+    follow = device.on_write
+    device.on_write = lambda index, sub, value: (
+        device.put(0x60FF, 0, 500, 4) if index == 0x60FF else follow(index, sub, value)
+    )
+    with pytest.raises(NotTaken):
+        enable_drive(sdo, no_wait)
+    assert device.objects[0x6041, 0][0] == SWITCH_ON_DISABLED
 
 
 @pytest.mark.parametrize(
     ("ignored", "expected"),
     [(0x06, "ready to switch on"), (0x07, "switched on"), (0x0F, "operation enabled")],
 )
-def test_a_transition_that_does_not_happen_is_named_after_all_polls(drive, ignored, expected):
+def test_a_transition_that_does_not_happen_is_named_after_two_seconds(drive, ignored, expected):
     _, sdo = drive(SWITCH_ON_DISABLED, ignored={ignored})
     waits = []
     with pytest.raises(DriveError, match=expected):
         enable_drive(sdo, waits.append)
-    assert len(waits) == POLLS
+    assert sum(waits) == pytest.approx(2.0)
+    assert min(waits) > 0.0
 
 
 def test_a_fault_is_reset_once_the_reaction_to_it_is_over(drive):
@@ -106,6 +120,12 @@ def test_a_fault_that_cannot_be_reset_is_an_error(drive):
     with pytest.raises(DriveError, match="no fault after a reset") as caught:
         enable_drive(sdo, no_wait)
     assert caught.value.status == FAULT
+
+
+def test_a_quick_stop_that_does_not_end_is_an_error(drive):
+    _, sdo = drive(QUICK_STOP_ACTIVE, ignored={0x00})
+    with pytest.raises(DriveError, match="the end of its quick stop"):
+        enable_drive(sdo, no_wait)
 
 
 def test_a_drive_that_is_slow_is_waited_for(drive):
@@ -127,8 +147,9 @@ def test_another_mode_of_operation_is_an_error(drive):
     device.put(0x6061, 0, 1, 1)
     follow = device.on_write
     device.on_write = lambda index, sub, value: index == 0x6060 or follow(index, sub, value)
-    with pytest.raises(DriveError, match="6061h shows 1"):
+    with pytest.raises(DriveError, match="6061h shows 1") as caught:
         enable_drive(sdo, no_wait)
+    assert caught.value.status == ENABLED
 
 
 def test_disabling_takes_the_torque_away(drive):
@@ -145,14 +166,14 @@ def test_a_refused_control_word_is_an_error(drive):
 
 
 @given(orders, st.integers(-(2**31), 2**31 - 1), st.integers(0, 0xFFFF))
-def test_target_and_control_word_stand_where_the_mapping_says(entries, target, control):
+def test_target_and_control_word_stand_where_the_mapping_says_and_else_all_is_zero(entries, target, control):
     pdo = TargetPdo(0x201, tuple(entries))
     data = pdo.data(target, control)
     assert len(data) == 7
     word = int.from_bytes(data, "little")
-    assert (word >> pdo.start_bit & 0xFFFFFFFF) == target % 2**32
     before = entries[: entries.index(CONTROL_WORD)]
-    assert word >> sum(entry.bits for entry in before) & 0xFFFF == control
+    control <<= sum(entry.bits for entry in before)
+    assert word == (target % 2**32 << pdo.start_bit) + control
 
 
 @pytest.mark.parametrize("start_bit", [0, 8, 16, 24, 32])
@@ -160,6 +181,24 @@ def test_what_is_planned_has_the_target_where_vehicle_toml_says(start_bit):
     pdo = planned_pdo(Drive("a.left", 1, 0x201, 1, 4096, start_bit=start_bit))
     assert pdo.start_bit == start_bit
     assert takes_target(pdo.entries)
+    assert (CONTROL_WORD in pdo.entries) == (start_bit >= 16)
+
+
+def test_objects_have_the_mapping_values_of_cia_402():
+    """As a device shows them in 1600h: index, sub-index and bits; the filler is an UNSIGNED8 of CiA 301."""
+    values = [entry.value for entry in (TARGET_VELOCITY, CONTROL_WORD, MODE, FILLER)]
+    assert values == [0x60FF0020, 0x60400010, 0x60600008, 0x00050008]
+
+
+def test_a_quick_stop_keeps_the_voltage_and_clears_its_bit():
+    """CiA 402-2, device control commands: bits 7, 2 and 1 are 0, 0 and 1."""
+    assert QUICK_STOP & 0x86 == 0x02
+
+
+@pytest.mark.parametrize("index", range(10))
+def test_data_types_from_boolean_to_unsigned32_fill_a_gap(index):
+    """CiA 301: 0001h to 0007h."""
+    assert takes_target((TARGET_VELOCITY, Entry(index, 0, 8))) is (index in {1, 2, 3, 4, 5, 6, 7})
 
 
 @pytest.mark.parametrize(
