@@ -21,7 +21,7 @@ def model():
     process = 0.1 * root @ root.transpose(0, 2, 1)
     observe = chance.normal(size=(STEPS + 1, ROWS, STATES))
     variance = chance.uniform(0.5, 1.0, (STEPS + 1, ROWS))
-    variance[2, 1] = np.nan
+    variance[2, 1] = variance[4, 0] = np.nan
     return transition, links, process, observe, variance, np.diag([1.0, 2.0, 0.5])
 
 
@@ -71,15 +71,17 @@ def test_whitened_rows_have_the_chi_square_of_all_measurements_at_once(model):
     assert np.nansum(np.log(spread)) == pytest.approx(np.linalg.slogdet(covariance)[1])
 
 
-def test_an_input_is_the_same_as_what_it_makes_visible(model):
+@pytest.mark.parametrize("step", [0, 2])
+def test_an_input_is_the_same_as_what_it_makes_visible(model, step):
+    """An input of the first states alone, as a drive's are; the last state has none."""
     transition, links, process, observe, variance, start = model
     gains, spread = gains_of(transition, links, process, observe, variance, start)
-    inputs = np.zeros((STEPS, STATES, 1))
-    inputs[2, 0, 0] = -1.0
+    inputs = np.zeros((STEPS, STATES - 1, 1))
+    inputs[step, 0, 0] = -1.0
     still = np.zeros((STEPS + 1, ROWS, 1))
     by_input = whiten(transition, links, inputs, observe, still, gains, spread)
     seen = still.copy()
-    for moment in range(3, STEPS + 1):
+    for moment in range(step + 1, STEPS + 1):
         seen[moment, :, 0] = observe[moment, :, 0]
     by_sight = whiten(transition, links, np.zeros_like(inputs), observe, seen, gains, spread)
     np.testing.assert_allclose(by_input, by_sight, atol=1e-12)
