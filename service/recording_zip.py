@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import stat
 import zipfile
+import zlib
 from contextlib import contextmanager
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
@@ -24,6 +25,11 @@ BLOCK = 1 << 20  # [bytes] that are unpacked at a time
 _LOGS = (LOG, f"{LOG}.gz")
 _ENTRY = b"PK\1\2"  # begins each entry of a zip's directory
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # zipfile unpacks all others without a limit
+
+# What zipfile raises about a damaged zip: on its directory, names that are empty or no text, offsets, data.
+_DAMAGE = (
+    zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError, IndexError, zlib.error,
+)  # fmt: skip
 
 
 class UploadedZip:
@@ -109,7 +115,7 @@ def opened_zip(content: bytes, most_files: int, limit: int, expected: str) -> It
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             yield UploadedZip(archive, most_files, limit)
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
+    except _DAMAGE as error:
         raise MediaTypeError(f"the zip cannot be read: {error}; zip {expected}") from error
 
 

@@ -48,9 +48,11 @@ def parse_toml(text: str) -> dict[str, Any]:
         TableError: It is not TOML.
     """
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        document = tomllib.loads(text)
+        repr(document)  # fails for whole numbers that no message can print (hexadecimal ones are read)
+    except (ValueError, RecursionError) as error:
         raise TableError("(syntax)", f"not TOML: {error}") from error
+    return document
 
 
 def dataclass_of(kind: type[T], table: object, where: str) -> T:

@@ -55,5 +55,5 @@ def _event(line: str, place: str) -> RecordedEvent:
     try:
         event = RecordedEvent(**json.loads(line))
         return event._replace(time=float(event.time))
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, OverflowError, RecursionError) as error:
         raise RecordingError(place, f"expected an object with time, node, what and kind: {error}") from error

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import re
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,8 +75,8 @@ def _lap(table: Mapping[str, Any], path: Path | str, number: int) -> Lap:
 
 
 def _number(table: Mapping[str, Any], key: str, path: Path | str, name: str) -> float:
-    value = table.get(key)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    value, largest = table.get(key), sys.float_info.max
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= largest:
         given = repr(value) if key in table else "is missing"
         raise RecordingError(path, f"{name} {given}; expected a finite number")
     return float(value)

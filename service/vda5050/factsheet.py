@@ -68,7 +68,7 @@ def load_factsheet(path: Path) -> Factsheet:
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise FactsheetError(path, f"cannot be read as JSON: {error}") from error
     if not isinstance(content, dict):
         raise FactsheetError(path, "expected a JSON object, the factsheet of VDA 5050")

@@ -94,7 +94,7 @@ class Publisher(RepeatingThread):
         try:
             actions = json.loads(message.payload)["actions"]
             states = [action_state(action) for action in actions]
-        except (ValueError, KeyError, TypeError, AttributeError):
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             _log.warning("a message on %s is no instantActions", message.topic)
             return
         with self._lock:

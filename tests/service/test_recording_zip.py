@@ -118,6 +118,31 @@ def test_a_recording_that_takes_too_long_is_refused(recording, tmp_path):
         read_in_process(tmp_path.parent, tmp_path, timeout=0.0)
 
 
+def damaged_data():
+    content = bytearray(zipped([("vehicle.toml", b"abc" * 100)]))
+    content[42:45] = b"\xff" * 3  # behind the local header (30 bytes) and the name (12)
+    return bytes(content)
+
+
+def name_that_is_no_text():
+    return zipped([("\u00e9", b"")]).replace("\u00e9".encode(), b"\xff\xff")
+
+
+def empty_name():
+    """A name ends at its first zero byte."""
+    return zipped([("xcan.log", b"")]).replace(b"xcan.log", b"\0can.log")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [damaged_data(), name_that_is_no_text(), empty_name(), zipped([("vehicle.toml", b"")])[1:]],
+    ids=["data", "name that is no text", "empty name", "offset before the first byte"],
+)
+def test_a_damaged_zip_is_refused(content, tmp_path):
+    with pytest.raises(MediaTypeError, match="the zip cannot be read"):
+        unpack(content, tmp_path, LIMIT)
+
+
 def test_a_link_in_a_zip_leads_nowhere(tmp_path):
     link = zipfile.ZipInfo("can.log")
     link.external_attr = 0o120777 << 16

@@ -6,6 +6,7 @@ import secrets
 import socket
 from collections import defaultdict
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import pytest
 
@@ -148,6 +149,20 @@ def test_a_factsheet_that_lacks_something_is_refused_with_what_it_lacks(tmp_path
     path.write_text(json.dumps(SHEET | changed))
     with pytest.raises(FactsheetError, match=words):
         load_factsheet(path)
+
+
+def test_a_factsheet_too_deep_to_be_read_is_refused(tmp_path):
+    path = tmp_path / "factsheet.json"
+    path.write_text("[" * 100_000)
+    with pytest.raises(FactsheetError, match="cannot be read as JSON"):
+        load_factsheet(path)
+
+
+@pytest.mark.parametrize("payload", [b"{", b"[]", b"[" * 100_000], ids=["cut off", "list", "too deep"])
+def test_a_message_that_holds_no_actions_is_logged(caplog, payload):
+    message = SimpleNamespace(payload=payload, topic="uagv/v2/maker/1/instantActions")
+    Publisher._carry_out(SimpleNamespace(), message)
+    assert "is no instantActions" in caplog.text
 
 
 def test_an_action_that_is_not_known_fails_and_says_which_are():

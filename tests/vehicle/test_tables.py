@@ -72,6 +72,14 @@ def test_a_value_of_another_type_is_refused(annotation, value, words):
     assert str(caught.value) == f"key: {value!r}; expected {words}"
 
 
+@pytest.mark.parametrize(
+    "value", ["[" * 5000, "9" * 5000, "0x" + "f" * 5000], ids=["depth", "digits", "hexadecimal digits"]
+)
+def test_more_levels_or_digits_than_python_reads_are_not_toml(value):
+    with pytest.raises(TableError, match="not TOML"):
+        parse_toml(f"a = {value}")
+
+
 def test_a_file_that_cannot_be_read_or_is_not_toml_is_refused(tmp_path):
     path = tmp_path / "robot.toml"
     with pytest.raises(TableError, match=r"\(file\): cannot be read"):

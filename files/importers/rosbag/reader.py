@@ -138,7 +138,10 @@ def _open_bag(path: Path) -> Iterator[AnyReader]:
 
 
 _LIBRARIES = ("rosbags", "sqlite3", "apsw", "lz4", "zstandard", "backports", "ruamel", "struct", "_struct")
-_DAMAGE = (OSError, EOFError, ValueError, KeyError, IndexError, AssertionError)
+# OverflowError and MemoryError: a size that is damaged, of which the library reads as many bytes.
+_DAMAGE = (
+    OSError, EOFError, ValueError, KeyError, IndexError, AssertionError, OverflowError, MemoryError,
+)  # fmt: skip
 
 
 def _files(path: Path) -> list[Path]:

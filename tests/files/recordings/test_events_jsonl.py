@@ -26,7 +26,17 @@ def test_what_is_written_is_read_again_in_the_order_of_the_times(events, tmp_pat
 
 
 @pytest.mark.parametrize(
-    "line", ["", "[1]", "{", '{"time": 1}', '{"time": "x", "node": 1, "what": ""}', '{"other": 1}']
+    "line",
+    [
+        "",
+        "[1]",
+        "{",
+        '{"time": 1}',
+        '{"time": "x", "node": 1, "what": ""}',
+        '{"other": 1}',
+        pytest.param(f'{{"time": 1{"0" * 400}, "node": 1, "what": ""}}', id="beyond all floats"),
+        pytest.param("[" * 100_000, id="too deep"),
+    ],
 )
 def test_a_line_that_is_no_event_is_named(tmp_path, line):
     path = tmp_path / "events.jsonl"

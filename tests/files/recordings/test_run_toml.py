@@ -15,6 +15,12 @@ def test_a_wrong_floor_is_named(tmp_path, floor):
         read_run(tmp_path / "run.toml")
 
 
+def test_a_number_beyond_all_floats_is_not_finite(tmp_path):
+    (tmp_path / "run.toml").write_text(f'protocol = "free"\nside = 1{"0" * 400}')
+    with pytest.raises(RecordingError, match=r"side 10+; expected a finite number"):
+        read_run(tmp_path / "run.toml")
+
+
 @pytest.mark.parametrize(
     "run", [Run("free", None, (), "hall-2"), Run("umbmark", 4.0, (Lap("ccw", 1.5, 2.25),))]
 )

@@ -223,6 +223,14 @@ def test_a_file_that_is_no_bag_is_refused(tmp_path, suffix, content):
         topics_of(path)
 
 
+@pytest.mark.parametrize("size", [1 << 62, (1 << 64) - 1])
+def test_a_damaged_size_that_no_memory_holds_is_a_sentence(tmp_path, size):
+    path = tmp_path / "damaged.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n\x01" + size.to_bytes(8, "little") + bytes(100))
+    with pytest.raises(SourceError, match="the bag is damaged"):
+        topics_of(path)
+
+
 def test_a_bag_cut_off_anywhere_is_a_sentence_or_the_messages_that_are_left(any_maker, drive, bag, tmp_path):
     path = bag(any_maker, joints_of(any_maker, drive))
     whole = path if path.is_file() else next(one for one in path.iterdir() if one.suffix != ".yaml")
