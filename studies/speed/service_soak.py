@@ -12,7 +12,8 @@ half the robot's process is killed regularly.
 
 The folder `--out` gets `soak.csv`, a row for each interval, and `soak.png`. Slopes are those of Theil and
 Sen (P. K. Sen, 1968: up to 29 % of the values may be anything) over the second half; for the robot's process,
-over the second half of its longest life. Exit code 1 where something grows beyond its bound.
+over the second half of its longest life. Exit code 1 where the lower end of a slope's 95 % interval is beyond
+the bound. A run of minutes cannot separate a leak from caches that fill; run it for hours.
 """
 
 from __future__ import annotations
@@ -60,28 +61,33 @@ Row = dict[str, float]
 
 
 class Growth(NamedTuple):
-    """Growth of a quantity in `PERIOD`, and its bound."""
+    """Growth of a quantity in `PERIOD`, the lower end of its 95 % interval, and its bound."""
 
     name: str
     slope: float
+    low: float
     bound: float
 
     @property
     def grows(self) -> bool:
-        """Whether it grows beyond its bound."""
-        return self.slope > self.bound
+        """Whether it grows beyond its bound, and not by the scatter of a short run."""
+        return self.low > self.bound
 
     def __str__(self) -> str:
-        word = "GROWS" if self.grows else "does not grow"
-        return f"{self.name}: {word}, {self.slope:+.1f} in 8 h, bound {self.bound:.1f}"
+        word = "GROWS" if self.grows else "no growth shown"
+        return f"{self.name}: {word}, {self.slope:+.1f} (from {self.low:+.1f}) in 8 h, bound {self.bound:.1f}"
 
 
-def slope_of(seconds: Sequence[float], values: Sequence[float]) -> float:
-    """Return the growth in `PERIOD` by the second half of the values; 0 where that has fewer than three."""
+def slope_of(seconds: Sequence[float], values: Sequence[float]) -> tuple[float, float]:
+    """Return growth in `PERIOD` by the second half of the values, and the lower end of its 95 % interval.
+
+    Both are 0 where that half has fewer than three values.
+    """
     half = len(seconds) // 2
     if len(seconds) - half < 3:
-        return 0.0
-    return float(theilslopes(values[half:], seconds[half:])[0]) * PERIOD
+        return 0.0, 0.0
+    slope, _, low, _ = theilslopes(values[half:], seconds[half:], alpha=0.95)
+    return float(slope) * PERIOD, float(low) * PERIOD
 
 
 def judge(rows: Sequence[Row]) -> list[Growth]:
@@ -91,10 +97,9 @@ def judge(rows: Sequence[Row]) -> list[Growth]:
     growths = []
     for role, (quantity, bound) in itertools.product(ROLES, BOUNDS.items()):
         name = f"{role}_{quantity}"
-        of = [row for row in rows if role != "robot" or row["robot_pid"] == longest]
-        growths.append(
-            Growth(name, slope_of([row["seconds"] for row in of], [row[name] for row in of]), bound)
-        )
+        lived = [row for row in rows if role != "robot" or row["robot_pid"] == longest]
+        slopes = slope_of([row["seconds"] for row in lived], [row[name] for row in lived])
+        growths.append(Growth(name, *slopes, bound))
     return growths
 
 
