@@ -44,9 +44,15 @@ def test_a_drive_with_turns_tells_all_but_the_size_of_the_wheels():
     assert np.nanmean(np.abs(told) < 1.96) > 0.9
 
 
-def test_on_a_smooth_floor_the_biases_come_out_to_a_fraction_of_a_count():
+@pytest.fixture(scope="module")
+def smooth():
+    """A drive with biases on a smooth floor, and its calibration."""
     recording = simulate(ROBOT, Truth(TRUE, floor=SMOOTH, **BIASES), figure_eight(1.0, 3))
-    found = calibrate_linkage([recording], closures=False, hold=SIZES)
+    return recording, calibrate_linkage([recording], closures=False, hold=SIZES)
+
+
+def test_on_a_smooth_floor_the_biases_come_out_to_a_fraction_of_a_count(smooth):
+    _, found = smooth
     count = 2.0 * np.pi / 2**14
     np.testing.assert_allclose(found.joint_bias, [0.010, -0.004], atol=count)
     assert found.link_bias == pytest.approx(0.002, abs=3e-4)
@@ -90,9 +96,9 @@ def test_the_linkage_alone_calibrates_the_wheels_on_a_smooth_floor():
         assert truck.wheelbase == pytest.approx(true.wheelbase, rel=1e-3)
 
 
-def test_the_corrected_robot_reads_its_linkage_without_bias():
-    recording = simulate(ROBOT, Truth(TRUE, floor=SMOOTH, **BIASES), figure_eight(1.0, 3))
-    corrected = corrected_linkage(ROBOT, calibrate_linkage([recording], closures=False, hold=SIZES))
+def test_the_corrected_robot_reads_its_linkage_without_bias(smooth):
+    recording, calibration = smooth
+    corrected = corrected_linkage(ROBOT, calibration)
     again = replace(recording, vehicle=corrected)
     count = 2.0 * np.pi / 2**14
     for joint, bias in (("joint_a", 0.010), ("joint_b", -0.004)):
