@@ -30,10 +30,12 @@ def names(diagnosis):
     return [(finding.effect, finding.component) for finding in diagnosis.findings]
 
 
-def test_a_robot_as_its_owner_believes_agrees(diagnosed):
+def test_a_robot_as_its_owner_believes_agrees_and_nothing_that_was_left_changes_it(diagnosed):
     diagnosis = diagnosed()
     assert diagnosis.verdict == "agreement"
+    assert diagnosis.as_json()["traces"] == []
     assert diagnosis.fit.heldout.before == pytest.approx(1.0, abs=0.1)
+    assert diagnosis.fit.heldout.after <= diagnosis.fit.heldout.before
 
 
 @pytest.mark.parametrize(("name", "component", "parameter", "value"), SINGLE)

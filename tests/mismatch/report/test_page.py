@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from omnimate.mismatch import Diagnosis, diagnose
+from omnimate.mismatch import Diagnosis
 from omnimate.mismatch.diagnosis import Calibrated, Parameter
 from omnimate.mismatch.report import render
 
@@ -31,8 +31,8 @@ class Balanced(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def diagnosis(drive, effect):
-    return diagnose([drive(effect("wheel_diameter", "a.left", ratio=1.004))])
+def diagnosis(diagnosed, effect):
+    return diagnosed(effect("wheel_diameter", "a.left", ratio=1.004))
 
 
 def test_every_finding_is_on_a_page_with_balanced_tags(diagnosis):
