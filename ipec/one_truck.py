@@ -312,7 +312,8 @@ def estimate_one_truck(
     if fixes is not None:
         of_a = fixes.of("a")
         samples = samples_at(recording, of_a.time)
-        measured = of_a.pose, np.maximum(of_a.sigma, MIN_FIX_SIGMA)
+        # a copy: read-only arrays would compile `run` a second time
+        measured = of_a.pose.copy(), np.maximum(of_a.sigma, MIN_FIX_SIGMA)
     run(
         filter_.settings,
         filter_.start(start, sigma).record,
