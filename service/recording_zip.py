@@ -164,12 +164,3 @@ def _folder_of_recording(paths: list[PurePosixPath]) -> PurePosixPath:
     raise InvalidValueError(
         "zip", f"no recording in it; expected {VEHICLE}, {LOG} and the other files of a recording folder"
     )
-
-
-def pack(folder: Path) -> bytes:
-    """Return a recording folder as a zip."""
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=3) as archive:
-        for path in sorted(folder.iterdir()):
-            archive.write(path, path.name)
-    return buffer.getvalue()

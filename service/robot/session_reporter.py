@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from omnimate.files.recordings.folder import load_recording
-from omnimate.service.recording_zip import pack
+from omnimate.files.recordings.zipped import pack
 from omnimate.service.store import vehicles
 from omnimate.service.store.tables import SessionRow, find_row
 from omnimate.service.umbmark.samples import add_sample, squares_of

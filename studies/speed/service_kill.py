@@ -25,8 +25,8 @@ import httpx2
 from rich.progress import track
 
 from omnimate.files.recordings.folder import save_recording
+from omnimate.files.recordings.zipped import pack
 from omnimate.motion.paths import umbmark
-from omnimate.service.recording_zip import pack
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth

@@ -16,11 +16,11 @@ from sqlalchemy.exc import OperationalError
 
 from omnimate.calib.umbmark.exact import square_returns
 from omnimate.files.recordings.folder import save_recording
+from omnimate.files.recordings.zipped import pack
 from omnimate.ipec.tracker import track_recording
 from omnimate.motion.paths import umbmark
 from omnimate.service.app import create_app
 from omnimate.service.components import make_components
-from omnimate.service.recording_zip import pack
 from omnimate.service.robot.robot_server import serve_robot
 from omnimate.service.settings import Settings
 from omnimate.service.store import vehicles

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from omnimate.files.recordings.folder import save_recording
+from omnimate.files.recordings.zipped import pack
 from omnimate.motion.paths import rounded_rectangle, squares
-from omnimate.service.recording_zip import pack
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate

@@ -12,9 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.files.recordings.folder import save_recording
+from omnimate.files.recordings.zipped import pack
 from omnimate.motion.paths import umbmark
 from omnimate.service.errors import InvalidValueError, MediaTypeError, ServiceError, TooLargeError
-from omnimate.service.recording_zip import MAX_FILES, pack, unpack
+from omnimate.service.recording_zip import MAX_FILES, unpack
 from omnimate.service.store.recordings import RecordingStore, read_in_process
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
