@@ -25,6 +25,7 @@ MAY_IMPORT = {
     "mismatch": {"vehicle", "effects", "figures"},
     "fleet": {"vehicle", "files", "motion", "calib", "ipec", "vcan_sim", "mismatch"},
     "figures": {"vehicle", "calib"},
+    "client": {"vehicle", "files"},
     "service": {
         *("vehicle", "files", "motion", "driver", "calib", "ipec", "vcan_sim"),
         *("mismatch", "fleet", "figures"),
