@@ -181,6 +181,12 @@ def served():
 
 
 @pytest.fixture(scope="session")
+def robot_in_thread():
+    """Return what starts the robot in a thread instead of a process."""
+    return RobotInThread
+
+
+@pytest.fixture(scope="session")
 def true_truck():
     """The robot as it is, where runs are measured by hand."""
     return TRUE

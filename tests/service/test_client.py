@@ -1,0 +1,139 @@
+"""The Python client with a service: sessions, conflicts, wrong values, lists and jobs, over HTTP."""
+
+import shutil
+import threading
+import zipfile
+from io import BytesIO
+
+import pytest
+import uvicorn
+
+from omnimate.client import Client, ProblemError
+from omnimate.service.app import create_app
+from omnimate.service.components import make_components
+from omnimate.service.settings import Settings
+
+QUICKLY = 0.02  # [s] between two looks at a job
+
+
+@pytest.fixture(scope="module")
+def api(tmp_path_factory, until, robot_in_thread):
+    """A client of a service that listens on a port of its own."""
+    folder = tmp_path_factory.mktemp("client")
+    settings = Settings(database=f"sqlite:///{folder}/service.db", pace=1000.0, rate=1e6, fleets=str(folder))
+    app = create_app(make_components(settings, robot_in_thread))
+    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="warning"))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    until(lambda: server.started)
+    port = server.servers[0].sockets[0].getsockname()[1]
+    connected = Client(f"http://127.0.0.1:{port}")
+    until(lambda: is_ready(connected))
+    yield connected
+    server.should_exit = True
+    thread.join()
+
+
+def is_ready(client):
+    try:
+        return client.health.get_readiness()["status"] == "ok"
+    except ProblemError:
+        return False
+
+
+@pytest.fixture(scope="module")
+def folder(drive_zip, tmp_path_factory):
+    """A folder with a recording."""
+    unpacked = tmp_path_factory.mktemp("upload") / "lap"
+    with zipfile.ZipFile(BytesIO(drive_zip(0.5, calibrated=True))) as archive:
+        archive.extractall(unpacked)
+    return unpacked
+
+
+def test_a_session_by_hand_finds_the_true_wheelbase_and_makes_a_new_version(api, manual_runs, true_truck):
+    session = api.umbmark.start_session(how="manual", side=4.0, runs=2)["id"]
+    for run in manual_runs(2):
+        api.umbmark.add_sample(session, run)
+    result = api.umbmark.solve_session(session, method="exact")
+    calibrated = result["trucks"]["a"]["calibrated"]
+    assert calibrated["wheelbase"] == pytest.approx(true_truck.wheelbase, rel=1e-6)
+    before = api.vehicles.get_vehicle("omnimate")["version"]
+    assert api.umbmark.get_plot(session, "png").startswith(b"\x89PNG")
+    accepted = api.umbmark.accept_result(session, if_match=result["revision"])
+    assert accepted["state"] == "accepted"
+    assert api.vehicles.get_vehicle("omnimate")["version"] == before + 1
+    assert api.vehicles.export_vehicle("omnimate", "ros2").startswith("diff_drive_controller_a:")
+
+
+def test_a_key_that_is_given_twice_adds_one_sample(api, manual_runs):
+    session, run = api.umbmark.start_session()["id"], next(manual_runs())
+    samples = [api.umbmark.add_sample(session, run, idempotency_key=f"run 1 of {session}") for _ in range(2)]
+    assert samples[0] == samples[1]
+    assert api.umbmark.get_session(session)["samples"] == samples[:1]
+
+
+def test_a_call_that_the_state_does_not_allow_is_a_problem_with_those_that_it_does(api):
+    session = api.umbmark.start_session()["id"]
+    with pytest.raises(ProblemError) as caught:
+        api.umbmark.get_result(session)
+    assert caught.value.status == 409
+    with pytest.raises(ProblemError) as caught:
+        api.umbmark.accept_result(session, if_match="*")
+    assert (caught.value.status, "solve" in caught.value.possible) == (409, True)
+
+
+def test_a_version_that_has_been_replaced_is_not_changed(api):
+    vehicle = api.vehicles.get_vehicle("omnimate")
+    api.vehicles.change_vehicle("omnimate", vehicle["toml"], if_match=vehicle["version"])
+    with pytest.raises(ProblemError) as caught:
+        api.vehicles.change_vehicle("omnimate", vehicle["toml"], if_match=vehicle["version"])
+    assert (caught.value.status, caught.value.title) == (412, "Changed since")
+
+
+def test_a_wrong_value_is_a_problem_with_its_field(api):
+    with pytest.raises(ProblemError) as caught:
+        api.umbmark.start_session(side=0.1)
+    assert caught.value.status == 422
+    assert caught.value.errors == (("body.side", "0.1; expected 0.2 or more"),)
+    assert caught.value.request_id
+
+
+def test_a_list_goes_over_all_pages_newest_first(api):
+    started = [api.umbmark.start_session(side=1.0)["id"] for _ in range(5)]
+    listed = [session["id"] for session in api.umbmark.list_sessions(page_size=2)]
+    assert listed[:5] == started[::-1]
+    assert len(set(listed)) == len(listed)
+
+
+def test_a_folder_is_uploaded_diagnosed_and_downloaded(api, folder):
+    recording = api.recordings.upload_recording(str(folder), name="lap 1")
+    assert recording["name"] == "lap 1"
+    shown = []
+    job = api.wait(api.diagnoses.start_diagnosis(recordings=[recording["id"]]), shown.append, every=QUICKLY)
+    assert (job["state"], shown[-1]["progress"]) == ("done", 1.0)
+    progress = [step["progress"] for step in shown]
+    assert progress == sorted(progress)
+    assert api.diagnoses.get_diagnosis_result(job["id"])["verdict"] == job["verdict"]
+    assert "<html" in api.diagnoses.get_diagnosis_report(job["id"])
+    with zipfile.ZipFile(BytesIO(api.recordings.download_recording(recording["id"]))) as archive:
+        assert "vehicle.toml" in archive.namelist()
+
+
+@pytest.mark.slow
+def test_a_day_of_a_fleet_is_uploaded_as_a_folder_and_processed_as_a_batch(api, folder, tmp_path):
+    target = tmp_path / "robot=tug-1" / "day=2026-03-02" / "lap"
+    shutil.copytree(folder, target)
+    api.fleets.create_fleet(name="hall")
+    api.fleets.upload_day("hall", tmp_path)
+    batch = api.wait(api.fleets.start_batch("hall", diagnose=False), every=QUICKLY)
+    assert (batch["state"], batch["failures"], batch["done"]) == ("done", [], 1)
+    assert [fleet["name"] for fleet in api.fleets.list_fleets()] == ["hall"]
+
+
+def test_streams_yield_the_robot_and_the_frames_of_its_bus(api):
+    stream = api.robot.stream_robot()
+    assert next(event.data["mode"] for event in stream if event.kind == "state") == "simulated"
+    stream.close()
+    frames = list(api.robot.stream_frames(count=3))
+    assert len(frames) == 3
+    assert all(frame.startswith("(") for frame in frames)
