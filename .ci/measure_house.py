@@ -22,9 +22,9 @@ def sizes() -> None:
     lines = {name: len(text.splitlines()) for name, text in texts.items()}
     product = {name: count for name, count in lines.items() if name.split("/", 1)[0] not in NOT_PRODUCT}
     rooms = sorted({name.split("/")[0] for name in product if "/" in name})
-    generated = sum(count for name, count in product.items() if texts[name].startswith(GENERATED))
-    print(f"product {sum(product.values()) - generated} lines")
-    print(f"  generated, in addition: {generated} lines")
+    generated = {name for name in product if texts[name].startswith(GENERATED)}
+    print(f"generated {sum(product.pop(name) for name in generated)} lines, which are not counted below")
+    print(f"product {sum(product.values())} lines")
     for room in rooms:
         print(f"  {room} {_within(room, product)}")
     for folder in ("studies", "tests"):
