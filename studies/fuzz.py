@@ -164,7 +164,7 @@ def vehicle_seeds() -> list[bytes]:
 
 
 def zip_seeds() -> list[bytes]:
-    from omnimate.service.recording_zip import pack
+    from omnimate.files.recordings.zipped import pack
 
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "vehicle.toml").write_bytes(vehicle_seeds()[1])
