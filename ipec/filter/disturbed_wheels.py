@@ -152,15 +152,16 @@ def distrust_best(
     settings: FilterSettings, state: FilterState, opened: OpenFilter, attempt: int, remaining: float
 ) -> bool:
     """Distrust the inputs that explain most of the squared innovation; return whether any explains enough."""
-    scores, information, pull = state.explained, state.information, state.pull
+    scores = state.explained
     for number in range(INPUTS):
-        scores[number] = explained_by_input(state, opened, number, information, pull)
+        scores[number] = explained_by_input(state, opened, number, state.information, state.pull)
     first, last = inputs_to_examine(settings, attempt, remaining, scores)
     best = scores[first:last].max()
     if best < (settings.gate if first == 0 else SLIP_GATE_FACTOR * settings.gate):
         return False
-    if attempt == 0 and first == SIDES:
-        doubt_push(state, opened, first + int(scores[first:last].argmax()), information, pull)
+    wheel, push = remaining - scores[:SIDES].max(), remaining - scores[SIDES:AHEAD].max()
+    if attempt == 0 and push < settings.gate < wheel:
+        doubt_heading(state, opened, SIDES + int(scores[SIDES:AHEAD].argmax()))
     for number in range(first, last):
         if scores[number] >= best - EQUAL_SCORE_MARGIN and scores[number] > 0.0:
             _distrust(settings, state, opened, number)
@@ -213,14 +214,15 @@ def fill_noise_levels(settings: FilterSettings, state: FilterState, opened: Open
 
 
 @compiled
-def doubt_push(state: FilterState, opened: OpenFilter, number: int, information: Array, pull: Array) -> None:
-    """Add the variance of the heading that a sideways push has, if it may be two wheels on a bump instead.
+def doubt_heading(state: FilterState, opened: OpenFilter, push: int) -> None:
+    """Add the variance of the heading where a sideways push, or two wheels on bumps, explain the readings.
 
-    A push of one truck turns the link by an angle against both trucks. Two wheels, one of each truck, that
-    lose the same travel turn both trucks by it, and the link keeps its heading; the readings are the same.
+    A push of one truck turns the link against both trucks. Two wheels, one of each truck, that lose the same
+    travel turn both trucks by that angle, and not the link; the readings are the same. Argument `push` is the
+    number of the input.
     """
-    score, weight = project_on_input(state, number, information, pull)
-    turned = state.inputs[LINK, number] * score / weight
+    score, weight = project_on_input(state, push, state.information, state.pull)
+    turned = state.inputs[LINK, push] * score / weight
     opened.covariance[LINK, LINK] += TWO_BUMPS_PROBABILITY * turned * turned
 
 

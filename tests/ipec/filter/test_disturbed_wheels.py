@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from omnimate.ipec.filter.disturbed_wheels import (
     TWO_BUMPS_PROBABILITY,
-    doubt_push,
+    doubt_heading,
     explained_by_input,
     inputs_to_examine,
     learn_noise,
@@ -106,8 +106,9 @@ def test_a_push_may_be_two_bumps_that_turn_both_trucks_and_not_the_link(seed, tr
     """The link turned by a push, or did not: its heading gets the mean square of that."""
     chance = np.random.default_rng(seed)
     states, filters, information = predicted(chance), record(OpenFilter), positive(chance)
-    pull = information @ (pushed * states["inputs"][0, JOINT_A : JOINT_A + 3, truck])
-    doubt_push(states[0], filters[0], truck, information, pull)
+    states["information"][0] = information
+    states["pull"][0] = information @ (pushed * states["inputs"][0, JOINT_A : JOINT_A + 3, truck])
+    doubt_heading(states[0], filters[0], truck)
     turned = pushed * states["inputs"][0, LINK, truck]
     assert filters["covariance"][0, LINK, LINK] == pytest.approx(TWO_BUMPS_PROBABILITY * turned**2)
     assert np.count_nonzero(filters["covariance"]) == 1
