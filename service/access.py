@@ -99,7 +99,7 @@ def caller_of(db: Session, authorization: str | None, *, keyless_allowed: bool) 
 
 
 class Callers:
-    """The callers since the start; those of the last second need not be looked up in the database.
+    """The latest callers since the start; those of the last second need not be looked up in the database.
 
     A revoked key works for that long, and to stop the robot until its next other call.
     """
@@ -125,9 +125,10 @@ class Callers:
         except AuthenticationError:
             self._remembered.pop(authorization, None)
             raise
-        if len(self._remembered) > REMEMBERED_CALLERS:
-            self._remembered.clear()
+        self._remembered.pop(authorization, None)  # to the end, behind those who called before
         self._remembered[authorization] = caller, time.monotonic()
+        if len(self._remembered) > REMEMBERED_CALLERS:
+            self._remembered.pop(next(iter(self._remembered)), None)
         return caller
 
 
