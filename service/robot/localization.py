@@ -38,7 +38,7 @@ class Localization:
         self._vehicle = vehicle
         self._odometers = {truck: Odometer(vehicle, truck) for truck in vehicle.trucks}
         self._link = LinkReader(vehicle)
-        self._joints: tuple[float, float, float] | None = None
+        self._counts: Sequence[int] | None = None
         self.tracker: Tracker | None = None
         self._first_samples: list[Sample] | None = [] if vehicle.linkage is not None else None
 
@@ -50,7 +50,7 @@ class Localization:
 
     def step(self, sample: Sample) -> None:
         """Update IPEC and the filter with the sample that was located last; that may take a few ms."""
-        self._joints = self._link.read(sample.counts)
+        self._counts = sample.counts
         if self.tracker is not None:
             self.tracker.step(sample)
         elif self._first_samples is not None and all(sample.present):
@@ -76,7 +76,7 @@ class Localization:
         event: dict[str, Any] = {
             "plain": _pose(self._odometers["a"].pose),
             "follower": _pose(self._odometers["b"].pose) if "b" in self._odometers else None,
-            "joints": _joints(self._joints),
+            "joints": self._joints(),
             **dict.fromkeys(("ipec", "filter", "sigma", "corrections", "lost")),
         }
         if self.tracker is not None and self.tracker.started:
@@ -91,11 +91,12 @@ class Localization:
             }
         return event
 
-
-def _joints(read: tuple[float, float, float] | None) -> dict[str, float] | None:
-    if read is None:
-        return None
-    return {"a": float(wrap(read[0])), "b": float(wrap(read[1])), "length": read[2]}
+    def _joints(self) -> dict[str, float] | None:
+        """Return the latest readings of the linkage; None before the first, and for a single truck."""
+        read = None if self._counts is None else self._link.read(self._counts)
+        if read is None:
+            return None
+        return {"a": float(wrap(read[0])), "b": float(wrap(read[1])), "length": read[2]}
 
 
 def _pose(pose: Sequence[float] | np.ndarray[Any, Any]) -> dict[str, float] | None:
