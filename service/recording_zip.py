@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 MAX_FILES = 64  # in the zip of one recording
 MAX_LOG_LINES = 5_000_000  # of a log; reading one takes 210 bytes of memory
 MAX_FILE_SIZE = 300_000_000  # [bytes]; a log of as many lines, each of 60 bytes, is not larger
-BLOCK = 1 << 20  # [bytes] that are unpacked at a time
+BLOCK = 1 << 16  # [bytes] that are unpacked at a time; as many as shutil copies at a time (COPY_BUFSIZE)
 _LOGS = (LOG, f"{LOG}.gz")
 _ENTRY = b"PK\1\2"  # begins each entry of a zip's directory
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # zipfile unpacks all others without a limit
@@ -79,7 +79,7 @@ class UploadedZip:
 
     def _check_log(self, name: str, path: Path) -> None:
         """Count what a log unpacks to, before anything of it is parsed."""
-        content, lines = BlockReader(path), 0
+        content, lines = BlockReader(path, BLOCK), 0
         for block in content:
             lines += block.count(b"\n")
             if lines > MAX_LOG_LINES or content.passed > min(MAX_FILE_SIZE, self._left + content.position):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from omnimate.files.recordings.folder import load_recording
 from omnimate.files.recordings.zipped import pack
 from omnimate.service.store import vehicles
+from omnimate.service.store.recordings import summarize
 from omnimate.service.store.tables import SessionRow, find_row
 from omnimate.service.umbmark.samples import add_sample, squares_of
 from omnimate.service.umbmark.sessions import (
@@ -89,7 +90,7 @@ class SessionReporter:
         if measured and not squares:
             raise LapError("the lap has no fixes before and after it")
         ends = {} if measured else _ends(recording)
-        stored = self._recordings.add(f"session {session}, {direction}", pack(folder), recording)
+        stored = self._recordings.add(f"session {session}, {direction}", pack(folder), summarize(recording))
         with self._database.writing() as db:
             row = find_row(db, SessionRow, session, for_change=True)
             self._require_driving(row)

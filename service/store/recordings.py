@@ -12,7 +12,7 @@ import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
 from sqlalchemy import delete, select
 
@@ -34,6 +34,36 @@ FOLDER = "_recordings"  # no fleet's: their names begin with a letter or a digit
 DAY = 86400.0  # [s]
 MEMORY_LIMIT = 2_000_000_000  # [bytes]; 5 million frames take half of it
 READ_TIMEOUT = 120.0  # [s]; 5 million frames take 4 s
+T = TypeVar("T")
+
+
+class Summary(NamedTuple):
+    """What a recording's row says about its content.
+
+    Attributes:
+        vehicle: The name of the robot.
+        samples: The number of samples.
+        seconds: The duration [s].
+        laps: The number of laps.
+        poses: The number of poses that were measured from outside.
+    """
+
+    vehicle: str
+    samples: int
+    seconds: float
+    laps: int
+    poses: int
+
+
+def summarize(recording: Recording) -> Summary:
+    """Return what a recording's row says about its content."""
+    return Summary(
+        vehicle=recording.vehicle.name[:100],
+        samples=len(recording),
+        seconds=float(recording.time[-1] - recording.time[0]),
+        laps=0 if recording.run is None else len(recording.run.laps),
+        poses=0 if recording.poses is None else len(recording.poses.time),
+    )
 
 
 class RecordingStore:
@@ -46,19 +76,15 @@ class RecordingStore:
         self._database, self._limit = database, limit
         self._files = open_files(f"{root.rstrip('/')}/{FOLDER}")
 
-    def add(self, name: str, content: bytes, recording: Recording) -> RecordingRow:
+    def add(self, name: str, content: bytes, summary: Summary) -> RecordingRow:
         """Write a recording's zip; return the row, which the caller adds to the database."""
         row = RecordingRow(
             id=secrets.token_hex(8),
             name=name,
-            vehicle=recording.vehicle.name[:100],
-            samples=len(recording),
-            seconds=float(recording.time[-1] - recording.time[0]),
-            laps=0 if recording.run is None else len(recording.run.laps),
-            poses=0 if recording.poses is None else len(recording.poses.time),
             size=len(content),
             sha256=hashlib.sha256(content).hexdigest(),
             created=time.time(),
+            **summary._asdict(),
         )
         with self._database.writing() as db:
             db.add(RecordingFileRow(id=row.id, created=row.created))
@@ -73,12 +99,12 @@ class RecordingStore:
             InvalidValueError: the zip is not one of a recording folder, or the recording cannot be read.
             TooLargeError: the recording is too large when it is unpacked or read.
         """
-        return self.add(name, content, self._read(content))
+        return self.add(name, content, self._read(content, summarize))
 
-    def _read(self, content: bytes) -> Recording:
+    def _read(self, content: bytes, extract: Callable[[Recording], T]) -> T:
         with tempfile.TemporaryDirectory() as place:
             folder = unpack(content, Path(place) / "zip", self._limit)
-            return read_in_process(Path(place), folder)
+            return read_in_process(Path(place), folder, extract)
 
     def content(self, row: RecordingRow) -> bytes:
         """Return the zip of a recording.
@@ -93,7 +119,7 @@ class RecordingStore:
 
     def load(self, row: RecordingRow) -> Recording:
         """Return a recording; NotFoundError where it was deleted meanwhile."""
-        return replace(self._read(self.content(row)), source=row.name)
+        return replace(self._read(self.content(row), _whole), source=row.name)
 
     def unpack(self, row: RecordingRow, folder: Path) -> Path:
         """Unpack a recording into an empty folder; NotFoundError where it was deleted meanwhile."""
@@ -155,17 +181,29 @@ class FleetStores:
 
 
 def read_in_process(
-    root: Path, folder: Path, memory: int = MEMORY_LIMIT, timeout: float = READ_TIMEOUT
-) -> Recording:
-    """Return the recording in a folder; messages name its files as they are seen from `root`.
+    root: Path,
+    folder: Path,
+    extract: Callable[[Recording], T],
+    memory: int = MEMORY_LIMIT,
+    timeout: float = READ_TIMEOUT,
+) -> T:
+    """Return what is needed of the recording in a folder.
+
+    Args:
+        root: Messages name the recording's files relative to this folder.
+        folder: The folder.
+        extract: A function of a module; the other process calls it, and only its result takes memory here.
+        memory: The most memory that reading may take [bytes].
+        timeout: The longest time that reading may take [s].
 
     Raises:
         InvalidValueError: the recording cannot be read.
-        TooLargeError: it takes too much memory [bytes] or time [s].
+        TooLargeError: it takes too much memory or time.
     """
     end = time.monotonic() + timeout
-    place = str(root), str(folder.relative_to(root))
-    with running("recording", _read, *place, memory=memory, niceness=0) as process:  # a client waits for it
+    arguments = extract, str(root), str(folder.relative_to(root))
+    # as nice as the service: a client waits for it
+    with running("recording", _read, *arguments, memory=memory, niceness=0) as process:
         outcome = process.outcome(lambda _message: time.monotonic() < end)
     if outcome is None:
         raise TooLargeError(f"this recording was not read within {timeout:g} s; cut it into shorter ones")
@@ -173,10 +211,9 @@ def read_in_process(
         raise TooLargeError(f"{outcome['error']}; cut it into shorter ones")
     if "error" in outcome:
         raise InvalidValueError("recording", outcome["error"])
-    if "recording" not in outcome:
+    if "extracted" not in outcome:
         raise TooLargeError(f"this recording cannot be read: {outcome['died']}; cut it into shorter ones")
-    recording: Recording = outcome["recording"]
-    return recording
+    return cast("T", outcome["extracted"])
 
 
 def load_relative(root: str, folder: str, source: str) -> Recording:
@@ -188,5 +225,11 @@ def load_relative(root: str, folder: str, source: str) -> Recording:
     return replace(load_recording(Path(folder)), source=source)
 
 
-def _read(_report: Callable[[float, str], None], root: str, folder: str) -> dict[str, Any]:
-    return {"recording": load_relative(root, folder, folder)}
+def _read(
+    _report: Callable[[float, str], None], extract: Callable[[Recording], object], root: str, folder: str
+) -> dict[str, Any]:
+    return {"extracted": extract(load_relative(root, folder, folder))}
+
+
+def _whole(recording: Recording) -> Recording:
+    return recording

@@ -11,7 +11,7 @@ from sqlalchemy import create_engine
 from omnimate.motion.paths import umbmark
 from omnimate.service.errors import NotFoundError
 from omnimate.service.store.database import MIGRATIONS, Database
-from omnimate.service.store.recordings import DAY, RecordingStore
+from omnimate.service.store.recordings import DAY, RecordingStore, summarize
 from omnimate.service.store.tables import RecordingContentRow, RecordingRow
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
@@ -21,10 +21,10 @@ LIMIT = 1_000_000
 
 
 @pytest.fixture(scope="module")
-def recording():
+def summary():
     vehicle = reference_vehicle()
     program = umbmark(0.2, 1, speed=0.4, link_length=vehicle.linkage.length)
-    return simulate(vehicle, Truth(vehicle, seed=3), program)
+    return summarize(simulate(vehicle, Truth(vehicle, seed=3), program))
 
 
 @pytest.fixture
@@ -39,9 +39,9 @@ def stored(database, recording_id):
         return db.get(RecordingRow, recording_id)
 
 
-def test_files_without_a_row_are_deleted_a_day_later_and_no_others(database, recording, tmp_path):
+def test_files_without_a_row_are_deleted_a_day_later_and_no_others(database, summary, tmp_path):
     store = RecordingStore(database, f"{tmp_path}/files", LIMIT)
-    acknowledged, orphan = store.add("a", b"zip", recording), store.add("b", b"zip", recording)
+    acknowledged, orphan = store.add("a", b"zip", summary), store.add("b", b"zip", summary)
     acknowledged_id, now = acknowledged.id, time.time()
     with database.writing() as db:
         db.add(acknowledged)
@@ -56,9 +56,9 @@ def test_files_without_a_row_are_deleted_a_day_later_and_no_others(database, rec
     assert store.content(stored(database, acknowledged_id)) == b"zip"
 
 
-def test_a_recording_whose_file_is_deleted_is_not_there(database, recording, tmp_path):
+def test_a_recording_whose_file_is_deleted_is_not_there(database, summary, tmp_path):
     store = RecordingStore(database, str(tmp_path), LIMIT)
-    row = store.add("a", b"zip", recording)
+    row = store.add("a", b"zip", summary)
     store.delete(row.id)
     with pytest.raises(NotFoundError, match=row.id):
         store.load(row)

@@ -3,7 +3,9 @@
 import gzip
 import io
 import os
+import pickle
 import tomllib
+import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -11,12 +13,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.files.recordings.folder import save_recording
+from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.files.recordings.zipped import pack
 from omnimate.motion.paths import umbmark
 from omnimate.service.errors import InvalidValueError, MediaTypeError, ServiceError, TooLargeError
 from omnimate.service.recording_zip import MAX_FILES, unpack
-from omnimate.service.store.recordings import RecordingStore, read_in_process
+from omnimate.service.store.recordings import RecordingStore, read_in_process, summarize
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
@@ -67,6 +69,20 @@ def test_the_row_of_an_upload_says_what_is_in_it(database, recording, tmp_path):
     assert loaded.time[-1] - loaded.time[0] == pytest.approx(row.seconds)
 
 
+def test_an_upload_takes_no_memory_for_its_samples_here(database, recording, tmp_path):
+    """They stay in the process that reads them; files are unpacked in blocks."""
+    content, store = pack(recording), RecordingStore(database, str(tmp_path), LIMIT)
+    store.add_upload("first", content)  # loads modules, and fills caches
+    sent = len(
+        pickle.dumps(load_recording(recording))
+    )  # if the samples were sent from one process to the other
+    tracemalloc.start()
+    store.add_upload("second", content)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < len(content) + sent
+
+
 @pytest.mark.parametrize("case", REFUSED, ids=lambda case: case["message"][:40])
 def test_a_zip_that_is_no_recording_is_refused_with_its_message(database, case, tmp_path):
     content = case["content"].encode() if "content" in case else zipped(case["members"])
@@ -109,14 +125,14 @@ def test_a_zip_is_refused_that_no_reader_unpacks_in_pieces(tmp_path):
 
 def test_a_recording_that_takes_too_much_memory_is_refused(recording):
     with pytest.raises(TooLargeError, match="takes more than 50 MB of memory"):
-        read_in_process(recording.parent, recording, memory=50_000_000)
+        read_in_process(recording.parent, recording, summarize, memory=50_000_000)
 
 
 def test_a_recording_that_takes_too_long_is_refused(recording, tmp_path):
     (tmp_path / "vehicle.toml").write_bytes((recording / "vehicle.toml").read_bytes())
     os.mkfifo(tmp_path / "can.log")  # whoever reads it waits for ever
     with pytest.raises(TooLargeError, match="was not read within 0 s"):
-        read_in_process(tmp_path.parent, tmp_path, timeout=0.0)
+        read_in_process(tmp_path.parent, tmp_path, summarize, timeout=0.0)
 
 
 def damaged_data():
