@@ -164,7 +164,7 @@ def _opened(database: str) -> ServiceDatabase:
 
 
 def _listen(settings: Settings, *, as_json: bool) -> None:
-    from omnimate.service.processes import process_context
+    from omnimate.service.processes import process_context, return_freed_memory
 
     process_context()  # loads the libraries of other processes while this one loads its own
     import uvicorn
@@ -193,6 +193,7 @@ def _listen(settings: Settings, *, as_json: bool) -> None:
     )
     sys.setswitchinterval(SWITCH_INTERVAL)
     gc.set_threshold(*GC_THRESHOLDS)
+    return_freed_memory()
     announce = logging.getLogger(__name__).info if as_json else say
     _make_server(config, announce, components).run()
 
