@@ -112,3 +112,14 @@ def test_a_change_is_made_whole_or_not_at_all(database_url):
 def test_a_database_that_cannot_be_used_says_why(url, words):
     with pytest.raises(DatabaseError, match=words):
         Database(url)
+
+
+def test_calls_one_after_the_other_use_one_connection_however_many_are_open(database):
+    """Each connection that is used fills a cache of pages."""
+    with database.engine.connect(), database.engine.connect(), database.engine.connect():
+        pass
+    used = set()
+    for _ in range(3):
+        with database.engine.connect() as connection:
+            used.add(id(connection.connection.dbapi_connection))
+    assert len(used) == 1
