@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from omnimate.files.logs.formats.candump_writer import CandumpWriter
-from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, Frame
 from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE
 from omnimate.files.recordings.poses_csv import write_poses
 from omnimate.files.recordings.run_toml import write_run
@@ -102,13 +102,8 @@ class Recorder:
         if message.is_fd:
             return
         self._latest = max(at, self._latest)
-        self._log.write(
-            self._latest,
-            message.arbitration_id,
-            bytes(message.data),
-            flags=frame_flags(message),
-            length=message.dlc,
-        )
+        data, flags = bytes(message.data), frame_flags(message)
+        self._log.write_frame(Frame(self._latest, message.arbitration_id, data, flags, message.dlc))
 
     def lap(self, direction: Direction, start: float, end: float) -> None:
         """Add a lap from `start` to `end` [s] and write `run.toml`."""

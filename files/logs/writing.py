@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from functools import partial
 from typing import TYPE_CHECKING, Protocol, cast
 
 from omnimate.files.logs.formats.candump_writer import CandumpWriter
@@ -41,14 +42,14 @@ def written_whole(path: Path) -> Iterator[Path]:
     Raises:
         LogError: The file cannot be written.
     """
-    partial = path.with_name(f".{path.name}.part{path.suffix}")
+    temporary = path.with_name(f".{path.name}.part{path.suffix}")
     try:
-        yield partial
-        partial.replace(path)
+        yield temporary
+        temporary.replace(path)
     except OSError as error:
         raise LogError(path, None, f"cannot be written: {error.strerror or error}") from error
     finally:
-        partial.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
 
 
 def open_writer(path: Path, suffix: str) -> FrameWriter:
@@ -59,35 +60,6 @@ def open_writer(path: Path, suffix: str) -> FrameWriter:
 def log_suffix(path: Path) -> str | None:
     """Return which of `SUFFIXES` the name of a file has; None for none of them."""
     return next((suffix for suffix in SUFFIXES if path.name.lower().endswith(suffix)), None)
-
-
-class _Candump:
-    """`candump -L`, CAN FD included."""
-
-    def __init__(self, path: Path) -> None:
-        self._log = CandumpWriter(path, sync_interval=SYNC_INTERVAL)
-
-    def write_frame(self, frame: Frame) -> str | None:
-        self._log.write_frame(frame)
-        return None
-
-    def close(self) -> None:
-        self._log.close()
-
-
-class _Capture:
-    """PCAP or PCAPNG."""
-
-    def __init__(self, path: Path) -> None:
-        self._file = path.open("wb")
-        self._capture = PcapngWriter(self._file) if path.suffix == ".pcapng" else PcapWriter(self._file)
-
-    def write_frame(self, frame: Frame) -> str | None:
-        self._capture.write(frame)
-        return None
-
-    def close(self) -> None:
-        self._file.close()
 
 
 class _PythonCan:
@@ -120,10 +92,10 @@ class _PythonCan:
 
 
 _WRITERS: dict[str, Callable[[Path], FrameWriter]] = {
-    ".log": _Candump,
-    ".log.gz": _Candump,
-    ".pcap": _Capture,
-    ".pcapng": _Capture,
+    ".log": partial(CandumpWriter, sync_interval=SYNC_INTERVAL),
+    ".log.gz": partial(CandumpWriter, sync_interval=SYNC_INTERVAL),
+    ".pcap": lambda path: PcapWriter(path.open("wb")),
+    ".pcapng": lambda path: PcapngWriter(path.open("wb")),
     ".blf": _PythonCan,
     ".asc": _PythonCan,
     ".csv": _PythonCan,

@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Self, cast
 
 from omnimate.files.logs.formats.candump_lines import Form, format_frame
-from omnimate.files.logs.frames import DEFAULT_CHANNEL, Frame
 
 if TYPE_CHECKING:
     from types import TracebackType
+
+    from omnimate.files.logs.frames import Frame
 
 SYNC_INTERVAL = 0.5  # [s] between two fsync calls
 
@@ -52,19 +53,6 @@ class CandumpWriter:
         self._closing = threading.Event()
         self._syncer = threading.Thread(target=self._sync_regularly, args=(sync_interval,), daemon=True)
         self._syncer.start()
-
-    def write(
-        self,
-        time: float,
-        can_id: int,
-        data: bytes = b"",
-        *,
-        flags: int = 0,
-        length: int | None = None,
-        channel: str = DEFAULT_CHANNEL,
-    ) -> None:
-        """Write one frame; arguments as of `omnimate.files.logs.frames.Frame`, errors as `write_frame`."""
-        self.write_frame(Frame(time, can_id, data, flags, length, channel))
 
     def write_frame(self, frame: Frame) -> None:
         """Write one frame.

@@ -248,11 +248,15 @@ class PcapWriter:
         self._file = file
         file.write(struct.pack("<IHHiIII", 0xA1B23C4D, 2, 4, 0, 0, _SNAP_LENGTH, LINK_TYPE))
 
-    def write(self, frame: Frame) -> None:
+    def write_frame(self, frame: Frame) -> None:
         """Write a frame; the name of its interface and its direction are left out."""
         whole, rest = divmod(nanoseconds(frame.time), NANOSECOND)
         packet = packet_of(frame)
         self._file.write(struct.pack("<IIII", whole, rest, len(packet), len(packet)) + packet)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
 
 
 class PcapngWriter:
@@ -264,7 +268,7 @@ class PcapngWriter:
         self._interfaces: dict[str, int] = {}
         self._block(_SECTION, struct.pack("<IHHq", _ORDER_MAGIC, 1, 0, -1))
 
-    def write(self, frame: Frame) -> None:
+    def write_frame(self, frame: Frame) -> None:
         """Write a frame, and before the first of an interface what the interface is."""
         if frame.channel not in self._interfaces:
             self._interfaces[frame.channel] = len(self._interfaces)
@@ -285,6 +289,10 @@ class PcapngWriter:
             flags = _OUTBOUND if direction & SENT else _INBOUND
             body += _option(_EPB_FLAGS, struct.pack("<I", flags)) + bytes(4)
         self._block(_ENHANCED, body)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
 
     def _block(self, kind: int, body: bytes) -> None:
         size = struct.pack("<I", len(body) + 12)

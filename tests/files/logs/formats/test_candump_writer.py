@@ -24,10 +24,10 @@ def write(path, **options):
 
 def test_a_frame_is_in_the_file_once_it_is_synced_without_closing_it(tmp_path):
     writer = CandumpWriter(tmp_path / "can.log", sync_interval=3600.0)
-    writer.write(1700000000.00025, 0x181, b"\x00\x10")
+    writer.write_frame(Frame(1700000000.00025, 0x181, b"\x00\x10"))
     writer.sync()
     assert (tmp_path / "can.log").read_bytes() == b"(1700000000.000250) can0 181#0010\n"
-    writer.write(1700000001.0, 0x701, flags=REMOTE, length=1, channel="can1")
+    writer.write_frame(Frame(1700000001.0, 0x701, flags=REMOTE, length=1, channel="can1"))
     writer.sync()
     assert (tmp_path / "can.log").read_bytes().endswith(b"(1700000001.000000) can1 701#R1\n")
     writer.close()
@@ -37,7 +37,7 @@ def test_the_thread_puts_the_file_on_disk_by_itself(tmp_path, monkeypatch):
     synced = threading.Event()
     monkeypatch.setattr(os, "fsync", lambda _handle: synced.set())
     with CandumpWriter(tmp_path / "can.log", sync_interval=0.001) as writer:
-        writer.write(1.0, 0x080)
+        writer.write_frame(Frame(1.0, 0x080))
         assert synced.wait(60.0)
 
 
@@ -61,7 +61,7 @@ def test_what_is_written_is_read_again(tmp_path, name, form):
 def test_a_new_writer_replaces_an_old_log_and_closing_twice_does_nothing(tmp_path):
     write(tmp_path / "can.log").close()
     writer = CandumpWriter(tmp_path / "can.log")
-    writer.write(1.0, 1)
+    writer.write_frame(Frame(1.0, 1))
     writer.close()
     writer.close()
     writer.sync()
@@ -82,11 +82,11 @@ def test_while_the_disk_refuses_frames_are_left_out_and_what_it_took_is_whole(tm
     writer = write(tmp_path / "can.log", sync_interval=3600.0)
     with monkeypatch.context() as full:
         full.setattr(os, "fsync", refuse)
-        for attempt in (writer.sync, lambda: writer.write(1700000001.0, 0x701)):
+        for attempt in (writer.sync, lambda: writer.write_frame(Frame(1700000001.0, 0x701))):
             with pytest.raises(OSError, match="No space left"):
                 attempt()
     writer.sync()
-    writer.write(1700000002.0, 0x702)
+    writer.write_frame(Frame(1700000002.0, 0x702))
     writer.close()
     frames = list(read_log(tmp_path / "can.log").frames)
     assert [frame.can_id for frame in frames[len(FRAMES) - 1 :]] == [FRAMES[-1].can_id, 0x702]
@@ -111,7 +111,7 @@ def test_a_full_disk_is_an_error_of_write_and_close_and_the_file_is_closed():
     refused = 0
     for _ in range(1000):
         try:
-            writer.write(1.0, 0x701)
+            writer.write_frame(Frame(1.0, 0x701))
         except OSError as error:
             refused += error.errno == errno.ENOSPC
     assert refused > 500

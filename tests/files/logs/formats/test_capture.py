@@ -30,7 +30,7 @@ def capture(rows, form="pcap"):
     file = io.BytesIO()
     writer = WRITERS[form](file)
     for row in rows:
-        writer.write(row)
+        writer.write_frame(row)
     return file.getvalue()
 
 
