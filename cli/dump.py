@@ -19,7 +19,6 @@ from omnimate.cli.errors import CallError
 from omnimate.cli.loading import frames_on_bus, log_of
 from omnimate.cli.options import DbcFiles, EdsFiles, OptionalLogSource
 from omnimate.files.logs.blocks import LogBlocks
-from omnimate.files.logs.dbc_reading import EXTENDED_KEY
 from omnimate.files.logs.filters import KINDS, FrameFilter, IdentifierRule, trigger_of, within_seconds
 from omnimate.files.logs.formats.candump_blocks import RELATIVE_WIDTH
 from omnimate.files.logs.formats.candump_lines import STAMP_WIDTH, format_lines
@@ -174,7 +173,7 @@ def _show(
 def _triggered(path: Path, triggers: Sequence[str], decoder: FrameDecoder) -> NDArray[np.float64]:
     """Return the times of all triggers in a log [s], shape `(K,)`, and say when each happened."""
     found: list[tuple[Trigger, list[NDArray[np.float64]]]] = [
-        (trigger_of(text, decoder.signals, EXTENDED_KEY), []) for text in triggers
+        (trigger_of(text, decoder.signals), []) for text in triggers
     ]
     start: float | None = None
     for frames in LogBlocks(path):

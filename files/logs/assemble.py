@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.files.logs.canopen_words import BOOT_UP, HEARTBEAT, NMT_START, SYNC_ID
-from omnimate.files.logs.frame_classes import CLASSES, FrameClass, classify, is_class
+from omnimate.files.logs.frame_classes import classify, is_class
 from omnimate.files.logs.pdo_units import drive_conversion
 from omnimate.files.recordings.readings import Events, recording_of_events
 from omnimate.vehicle.assembly import BOOTED, NOTHING, STARTED, assembly_records
@@ -63,20 +63,12 @@ class Assembly:
     Attributes:
         recording: The recording, without poses and run.
         pdos: Statistics of the encoders' PDOs, in the order of the vehicle's file.
-        classes: Number of frames of each class in the log.
         unknown_pdos: Number of frames by COB-ID of PDOs that are not the vehicle's.
-        early: Number of frames before the first sample.
-        other_buses: Number of frames of other interfaces than that with most of the vehicle's PDOs.
-        opened_by: COB-ID of the frames that open samples; 080h (SYNC) in a complete log.
     """
 
     recording: Recording
     pdos: tuple[PdoTraffic, ...]
-    classes: dict[FrameClass, int]
     unknown_pdos: dict[int, int]
-    early: int
-    other_buses: int
-    opened_by: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,20 +124,11 @@ def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log"
     Raises:
         RecordingError: The log holds neither a SYNC nor a PDO of this vehicle.
     """
-    bus_frames = _of_one_bus(frames, vehicle)
-    log, opener = _cut(bus_frames, vehicle, source)
+    log = _cut(_of_one_bus(frames, vehicle), vehicle, source)
     records = assembly_records(vehicle)
-    events, commands, booted = _events(log, records), _commands(log, vehicle), bus_frames.can_id[log.boots]
+    events, commands, booted = _events(log, records), _commands(log, vehicle), log.frames.can_id[log.boots]
     recording = recording_of_events(vehicle, records, events, commands, source)
-    return Assembly(
-        recording,
-        tuple(_traffic(pdo, booted) for pdo in records[1]),
-        _tally(log),
-        _tally_of_unknown(log),
-        int(np.argmax(log.opens)),
-        len(frames) - len(bus_frames),
-        opener,
-    )
+    return Assembly(recording, tuple(_traffic(pdo, booted) for pdo in records[1]), _tally_of_unknown(log))
 
 
 def _of_one_bus(frames: Frames, vehicle: VehicleParameters) -> Frames:
@@ -157,8 +140,8 @@ def _of_one_bus(frames: Frames, vehicle: VehicleParameters) -> Frames:
     return frames.select(frames.channel == busiest)
 
 
-def _cut(frames: Frames, vehicle: VehicleParameters, source: str) -> tuple[_Log, int]:
-    """Divide a log into samples; return it with the COB-ID that opens them."""
+def _cut(frames: Frames, vehicle: VehicleParameters, source: str) -> _Log:
+    """Divide a log into samples."""
     classes = classify(frames, vehicle)
     opener, opens = SYNC_ID, is_class(classes, "SYNC")
     if not opens.any():
@@ -173,7 +156,7 @@ def _cut(frames: Frames, vehicle: VehicleParameters, source: str) -> tuple[_Log,
             )
         opener = int(frames.can_id[first[0]])
         opens = (frames.can_id == opener) & is_class(classes, "PDO")
-    return _Log(frames, classes, opens, np.cumsum(opens) - 1, opener == SYNC_ID), opener
+    return _Log(frames, classes, opens, np.cumsum(opens) - 1, opener == SYNC_ID)
 
 
 def _events(log: _Log, records: tuple[Record, Record, Record]) -> Events:
@@ -226,11 +209,6 @@ def _commands(log: _Log, vehicle: VehicleParameters) -> NDArray[np.float64] | No
         last = np.searchsorted(rows, openers) - 1
         commands[last >= 0, vehicle.wheels.index(drive.wheel)] = speeds[last[last >= 0]]
     return None if np.isnan(commands).all() else commands
-
-
-def _tally(log: _Log) -> dict[FrameClass, int]:
-    numbers = np.bincount(log.classes, minlength=len(CLASSES)).tolist()
-    return {name: number for name, number in zip(CLASSES, numbers, strict=True) if number}
 
 
 def _tally_of_unknown(log: _Log) -> dict[int, int]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from omnimate.files.logs.canopen_words import SYNC_ID
+from omnimate.files.logs.dbc_reading import EXTENDED_KEY
 from omnimate.files.logs.frame_classes import CLASSES, classify
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
 from omnimate.vehicle.errors import OmnimateError
@@ -239,13 +240,12 @@ class ValueTrigger:
         return rows[begins]
 
 
-def trigger_of(text: str, signals: Mapping[int, Sequence[Signal]], long_key: int) -> Trigger:
+def trigger_of(text: str, signals: Mapping[int, Sequence[Signal]]) -> Trigger:
     """Return the trigger of `gap:0.5`, `emcy`, `error` or `NAME>VALUE`.
 
     Args:
         text: The trigger.
-        signals: Signals by identifier, to which `long_key` is added for 29 bits.
-        long_key: Bit of the keys that says so.
+        signals: Signals by identifier, to which `EXTENDED_KEY` is added for 29 bits.
 
     Raises:
         FilterError: The text is no trigger, or names a signal that is not known.
@@ -260,7 +260,8 @@ def trigger_of(text: str, signals: Mapping[int, Sequence[Signal]], long_key: int
     for key, carried in signals.items():
         for signal in carried:
             if signal.name == match[1]:
-                return ValueTrigger(key & ~long_key, bool(key & long_key), signal, match[2], float(match[3]))
+                can_id, is_long = key & ~EXTENDED_KEY, bool(key & EXTENDED_KEY)
+                return ValueTrigger(can_id, is_long, signal, match[2], float(match[3]))
     names = ", ".join(sorted(signal.name for carried in signals.values() for signal in carried))
     raise FilterError(
         f"trigger {text!r}: no signal {match[1]!r}; expected one of {names or 'a --vehicle, --dbc or --eds'}"

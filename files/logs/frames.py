@@ -108,10 +108,6 @@ class Frames:
         """Return the data as one little-endian number per frame, `(N,)`, as CiA 301 packs PDOs."""
         return np.ascontiguousarray(self.data).view("<u8").reshape(-1)
 
-    def backwards(self) -> NDArray[np.int64]:
-        """Return the indices of the frames that are earlier than the previous frame, `(K,)`."""
-        return np.flatnonzero(np.diff(self.time) < 0) + 1
-
 
 def frames_of(rows: Iterable[Frame], channels: tuple[str, ...] = ()) -> Frames:
     """Return frames as arrays; `channels` are the interfaces that keep their numbers of an earlier block."""

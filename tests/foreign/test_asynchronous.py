@@ -8,7 +8,7 @@ from omnimate.driver.errors import NoSync
 from omnimate.driver.robot import passive as module
 from omnimate.driver.robot.passive import PassiveReader
 from omnimate.driver.robot.recorder import Recorder
-from omnimate.files.recordings.folder import load_recording, read_recording
+from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.file import save_vehicle
 from omnimate.vehicle.odometry import Odometer
 from tests.cli.conftest import omnimate
@@ -38,9 +38,7 @@ def test_encoders_without_sync_give_live_what_their_recording_gives(bench, tmp_p
     with Recorder(tmp_path / "lap", two_trucks()) as recorder:
         samples = list(PassiveReader(two_trucks(), bus, recorder=recorder).samples(idle=1.0, patience=3.0))
     assert bus.sent == []
-    read = read_recording(tmp_path / "lap")
-    recording = read.recording
-    assert read.assembly.opened_by == 0x181
+    recording = load_recording(tmp_path / "lap")
     assert recording.counts.tolist() == [list(sample.counts) for sample in samples]
     assert recording.present.tolist() == [list(sample.present) for sample in samples]
     assert recording.time == pytest.approx([sample.time for sample in samples], abs=1e-5)

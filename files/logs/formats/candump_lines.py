@@ -10,7 +10,7 @@ or without spaces between the bytes.
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Literal
 
 from omnimate.files.logs.frames import BRS, ERROR, ESI, EXTENDED, FD, RECEIVED, REMOTE, SENT, Frame
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from omnimate.files.logs.frames import Frames
 
 Form = Literal["log", "ta"]
-FORMS: tuple[Form, ...] = get_args(Form)
 
 STAMP_WIDTH = 17  # characters of the time that candump prints: ten digits, a point, six digits
 

@@ -8,7 +8,7 @@ NANOSECOND = 1_000_000_000
 
 
 def nanoseconds(time: float) -> int:
-    """Return a time [s] as whole nanoseconds, from which `seconds` gives the same time again.
+    """Return a time [s] as whole nanoseconds, which divided by 1e9 are the same time again.
 
     A double has steps of 240 ns for present dates. If it equals a whole number of microseconds, as in a
     candump log, the result ends in three zeros, without digits that were not measured.
@@ -18,8 +18,3 @@ def nanoseconds(time: float) -> int:
         return micros * 1000
     whole = math.floor(time)
     return whole * NANOSECOND + round((time - whole) * NANOSECOND)
-
-
-def seconds(stamp: int) -> float:
-    """Return whole nanoseconds as a time [s]."""
-    return stamp / NANOSECOND

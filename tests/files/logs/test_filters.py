@@ -83,7 +83,7 @@ def test_an_identifier_that_cannot_be_is_refused(text):
 
 
 def rows(text, log):
-    return trigger_of(text, SIGNALS, 1 << 31).rows(log).tolist()
+    return trigger_of(text, SIGNALS).rows(log).tolist()
 
 
 def test_a_gap_is_found_where_the_identifier_comes_again():
@@ -114,7 +114,7 @@ def test_a_value_triggers_when_it_begins_to_hold():
 @pytest.mark.parametrize("text", ["gap:0.5", "gap:40", "emcy", "error", "a.left>10"])
 def test_a_trigger_finds_the_same_frames_in_a_log_that_comes_in_blocks(text, log, cuts):
     edges = sorted({0, len(log), *(cut for cut in cuts if cut < len(log))})
-    trigger = trigger_of(text, SIGNALS, 1 << 31)
+    trigger = trigger_of(text, SIGNALS)
     found = [
         start + row
         for start, end in pairwise(edges)

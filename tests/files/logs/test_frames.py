@@ -43,11 +43,6 @@ def test_words_are_little_endian_as_cia_301_packs():
     assert frames_of([Frame(0.0, 1, b"\x01\x02")]).words().tolist() == [0x0201]
 
 
-def test_backwards_finds_every_frame_whose_clock_stands_before_the_one_before():
-    frames = frames_of([Frame(time, 1) for time in (1.0, 2.0, 1.5, 3.0, 2.9)])
-    assert frames.backwards().tolist() == [2, 4]
-
-
 def test_arrays_are_frozen_and_of_one_length():
     frames = frames_of([Frame(1.0, 1, b"", EXTENDED)])
     with pytest.raises(ValueError, match="read-only"):

@@ -215,7 +215,7 @@ def test_a_gzip_file_that_ends_early_or_is_damaged_gives_what_it_still_holds(tmp
 
 def test_a_clock_that_goes_back_is_reported(tmp_path):
     result = read(tmp_path, GOOD + GOOD)
-    assert result.frames.backwards().tolist() == [60]
+    assert np.flatnonzero(np.diff(result.frames.time) < 0.0).tolist() == [59]
     assert "the clock goes back" in list(result.problems())[-1]
 
 

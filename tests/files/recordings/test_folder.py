@@ -142,7 +142,7 @@ def test_commands_survive_the_bus_to_the_drives_resolution(robot_toml, tmp_path,
 def test_answers_come_between_one_sync_and_the_next(vehicle, tmp_path):
     save_recording(recording_of(vehicle), tmp_path)
     frames = read_recording(tmp_path).log.frames
-    assert len(frames.backwards()) == 0
+    assert (np.diff(frames.time) >= 0.0).all()
     assert len(frames) == 8 * SAMPLES
 
 
