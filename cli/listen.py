@@ -77,7 +77,7 @@ def _read_frames(path: Path) -> Frames:
     from omnimate.files.logs.reading import read_log
 
     log = read_log(log_of(path))
-    for problem in log.problems():
+    for problem in log.blocks.problems():
         warn(problem)
     return log.frames
 

@@ -30,14 +30,14 @@ def load(folder: Path) -> Recording:
     from omnimate.files.recordings.folder import read_recording
 
     loaded = read_recording(folder)
-    report_problems(loaded.log)
+    report_problems(loaded.log.blocks)
     return loaded.recording
 
 
 def read_drive(
     source: Path,
     vehicle: VehicleParameters | None,
-    show_log: Callable[[LogReadResult, VehicleParameters], None] = lambda log, _vehicle: report_problems(log),
+    show_log: Callable[[LogReadResult, VehicleParameters], None] = lambda log, _: report_problems(log.blocks),
 ) -> LoadedRecording:
     """Return the recording of a folder or a log, with its frames.
 
@@ -83,7 +83,7 @@ def log_of(source: Path) -> Path:
     return log_path(source)
 
 
-def report_problems(log: LogReadResult | LogBlocks | LogStream) -> None:
+def report_problems(log: LogBlocks | LogStream) -> None:
     """Say what of a log was left out."""
     for number, problem in enumerate(log.problems()):
         if number == MAX_PROBLEMS_SHOWN:

@@ -130,7 +130,7 @@ def _show_log(log: LogReadResult, vehicle: VehicleParameters) -> None:
 
     words = [f"{name} {count}" for name, count in count_classes(log.frames, vehicle).items() if count]
     say(f"{len(log.frames)} frames: {', '.join(words)}")
-    report_problems(log)
+    report_problems(log.blocks)
 
 
 def _show_pdos(assembly: Assembly) -> None:

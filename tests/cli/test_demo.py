@@ -24,7 +24,7 @@ def test_the_demo_writes_both_recordings_the_calibrated_robot_and_the_figures(om
     assert result.code == 0, result.err
     for name in ("before", "after"):
         loaded = read_recording(tmp_path / name)
-        assert loaded.log.is_whole
+        assert loaded.log.blocks.is_whole
         assert not loaded.recording.gaps
         assert [lap.direction for lap in loaded.recording.run.laps] == ["cw", "ccw"]
         assert set(loaded.recording.poses.body) == {"a", "b"}

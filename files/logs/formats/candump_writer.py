@@ -9,7 +9,7 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Self, cast
 
-from omnimate.files.logs.formats.candump_lines import Form, format_frame
+from omnimate.files.logs.formats.candump_lines import format_frame
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -20,7 +20,7 @@ SYNC_INTERVAL = 0.5  # [s] between two fsync calls
 
 
 class CandumpWriter:
-    """Writes frames as candump prints them.
+    """Writes frames as `candump -L` prints them.
 
     A thread of its own puts what was written on disk every `sync_interval`, also while the bus is silent;
     the end of the process or of the machine loses that much at most. Where the disk refuses, frames are left
@@ -28,22 +28,19 @@ class CandumpWriter:
 
     Attributes:
         path: Path of the file.
-        form: Form of the lines: `log` or `ta`.
     """
 
-    def __init__(self, path: Path | str, *, form: Form = "log", sync_interval: float = SYNC_INTERVAL) -> None:
+    def __init__(self, path: Path | str, *, sync_interval: float = SYNC_INTERVAL) -> None:
         """Start a new file, replacing an older one.
 
         Args:
             path: Path of the file; `.gz` is compressed.
-            form: Form of the lines: `log` as `candump -L`, or `ta` as `candump -ta`.
             sync_interval: Wall-clock time between two requests to the disk [s].
 
         Raises:
             OSError: The file cannot be opened.
         """
         self.path = Path(path)
-        self.form = form
         self._disk = self.path.open("wb")
         self._file: BinaryIO = self._disk
         if self.path.suffix == ".gz":
@@ -60,7 +57,7 @@ class CandumpWriter:
         Raises:
             OSError: The disk refuses, as one that is full; the frame is left out.
         """
-        line = format_frame(frame, self.form).encode() + b"\n"
+        line = format_frame(frame).encode() + b"\n"
         with self._lock:
             if self._refusal is not None:
                 raise OSError(*self._refusal.args)

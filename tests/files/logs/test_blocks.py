@@ -51,8 +51,8 @@ def test_the_blocks_are_the_log(tmp_path, monkeypatch, lines, pack):
         assert np.array_equal(getattr(frames, field), getattr(whole.frames, field))
     names = [[log.channels[number] for number in log.channel] for log in (frames, whole.frames)]
     assert names[0] == names[1]
-    assert tuple(blocks.skipped) == whole.skipped
-    assert blocks.truncated == whole.truncated
+    assert blocks.skipped == whole.blocks.skipped
+    assert blocks.truncated == whole.blocks.truncated
 
 
 def test_a_form_that_is_read_frame_by_frame_comes_in_blocks_too(tmp_path, monkeypatch):

@@ -22,11 +22,11 @@ GOOD = b"".join(
 )
 
 
-def read(tmp_path, content, name="can.log", **options):
+def read(tmp_path, content, name="can.log"):
     """Read a file with this content."""
     path = tmp_path / name
     path.write_bytes(content)
-    return read_log(path, **options)
+    return read_log(path)
 
 
 @st.composite
@@ -72,8 +72,8 @@ def test_times_since_the_last_frame_are_added_up(tmp_path_factory, steps):
     assert since_start.frames.time == pytest.approx(passed, abs=1e-7)
     since_last = read(path, screen([0.0, *np.array(steps) / 1e6]))
     assert since_last.frames.time == pytest.approx(passed, abs=1e-6)
-    assert "candump -td" in next(since_last.problems())
-    assert since_last.is_whole
+    assert "candump -td" in next(since_last.blocks.problems())
+    assert since_last.blocks.is_whole
 
 
 @given(rows=logs, dlc=st.sampled_from(["[{}] ", "{} ", ""]), between=st.sampled_from([" ", ""]))
@@ -136,17 +136,17 @@ def test_many_equal_lines_are_read_at_once_with_every_kind_of_odd_line_among_the
     ]
     result = read(tmp_path, GOOD + b"".join(odd) + GOOD)
     assert len(result.frames) == 122
-    assert [(skipped.line, skipped.text) for skipped in result.skipped] == [
+    assert [(skipped.line, skipped.text) for skipped in result.blocks.skipped] == [
         (64, "(1700000000.000250) can0 181#00gg")
     ]
     assert result.frames.channels == ("can0", "can1")
-    assert not result.truncated
+    assert not result.blocks.truncated
 
 
 def test_windows_line_ends_and_lower_case_digits_are_read(tmp_path):
     result = read(tmp_path, GOOD.replace(b"\n", b"\r\n").lower())
     assert len(result.frames) == 60
-    assert result.is_whole
+    assert result.blocks.is_whole
 
 
 def test_blocks_are_joined_wherever_they_are_cut(tmp_path):
@@ -161,23 +161,16 @@ def test_blocks_are_joined_wherever_they_are_cut(tmp_path):
 def test_a_last_line_without_its_newline_counts_if_it_looks_complete(tmp_path):
     result = read(tmp_path, GOOD.rstrip())
     assert len(result.frames) == 60
-    assert result.is_whole
+    assert result.blocks.is_whole
 
 
 @pytest.mark.parametrize("cut", range(2, 34))
 def test_a_log_that_was_cut_off_is_read_up_to_there_and_says_so(tmp_path, cut):
     result = read(tmp_path, GOOD[:-cut])
     assert len(result.frames) == 59
-    assert result.truncated
-    assert result.skipped[0].line == 60
-    assert "cut off" in next(result.problems())
-
-
-def test_strict_refuses_what_is_not_whole_and_names_the_line(tmp_path):
-    assert read(tmp_path, GOOD, strict=True).is_whole
-    with pytest.raises(LogError) as caught:
-        read(tmp_path, GOOD + b"garbage\n" + GOOD, strict=True)
-    assert caught.value.line == 61
+    assert result.blocks.truncated
+    assert result.blocks.skipped[0].line == 60
+    assert "cut off" in next(result.blocks.problems())
 
 
 @pytest.mark.parametrize(
@@ -197,7 +190,7 @@ def test_a_missing_file_is_an_error(tmp_path):
 def test_gzip_is_known_by_its_content_and_may_have_several_members(tmp_path):
     result = read(tmp_path, gzip.compress(GOOD) + gzip.compress(GOOD), "can.log")
     assert len(result.frames) == 120
-    assert result.is_whole
+    assert result.blocks.is_whole
 
 
 def test_a_gzip_file_that_ends_early_or_is_damaged_gives_what_it_still_holds(tmp_path):
@@ -207,23 +200,23 @@ def test_a_gzip_file_that_ends_early_or_is_damaged_gives_what_it_still_holds(tmp
     packed = gzip.compress(content)
     half = read(tmp_path, packed[: len(packed) // 2])
     assert 10000 < len(half.frames) < 50000
-    assert half.truncated
+    assert half.blocks.truncated
     broken = read(tmp_path, packed[:-8] + bytes(8))
     assert len(broken.frames) > 49000
-    assert broken.truncated
+    assert broken.blocks.truncated
 
 
 def test_a_clock_that_goes_back_is_reported(tmp_path):
     result = read(tmp_path, GOOD + GOOD)
     assert np.flatnonzero(np.diff(result.frames.time) < 0.0).tolist() == [59]
-    assert "the clock goes back" in list(result.problems())[-1]
+    assert "the clock goes back" in list(result.blocks.problems())[-1]
 
 
 def test_a_log_of_too_many_interfaces_is_marked(tmp_path):
     lines = b"".join(b"(1700000000.000250) can%d 181#00\n" % index for index in range(300))
     result = read(tmp_path, lines)
     assert len(result.frames) == 256
-    assert "interfaces" in result.skipped[0].reason
+    assert "interfaces" in result.blocks.skipped[0].reason
 
 
 MESSAGES = [
@@ -256,7 +249,7 @@ def test_foreign_formats_are_read_whatever_their_suffix(tmp_path, writer, suffix
     result = read(tmp_path, gzip.compress(content) if packed else content, "some.file")
     assert [(frame.can_id, frame.data, frame.flags) for frame in result.frames] == EXPECTED
     assert np.diff(result.frames.time).tolist() == pytest.approx([0.5, 0.5], abs=2e-3)
-    assert result.is_whole
+    assert result.blocks.is_whole
 
 
 TRC = b""";$FILEVERSION=1.1
@@ -276,7 +269,7 @@ def test_a_bad_line_of_a_peak_trace_is_marked_and_the_rest_is_read(tmp_path):
         (0x728, 0, 1),
         (0x70A, REMOTE, 1),
     ]
-    assert [skipped.line for skipped in result.skipped] == [5, 8]
+    assert [skipped.line for skipped in result.blocks.skipped] == [5, 8]
 
 
 PEAK_2 = b""";$FILEVERSION=2.1
@@ -291,13 +284,13 @@ PEAK_2 = b""";$FILEVERSION=2.1
 def test_peak_traces_of_version_2_name_their_buses(tmp_path):
     result = read(tmp_path, PEAK_2)
     assert [(frame.can_id, frame.channel) for frame in result.frames] == [(0x770, "can1"), (0x70A, "can3")]
-    assert result.is_whole
+    assert result.blocks.is_whole
 
 
 def test_a_truncated_blf_gives_what_it_still_holds_or_an_error(tmp_path):
     content = content_of(can.BLFWriter, ".blf", tmp_path)
-    assert read(tmp_path, content).is_whole
-    assert read(tmp_path, content[:-2]).truncated
+    assert read(tmp_path, content).blocks.is_whole
+    assert read(tmp_path, content[:-2]).blocks.truncated
     with pytest.raises(LogError, match="ends before the first"):
         read(tmp_path, content[: len(content) // 2])
 
@@ -308,7 +301,7 @@ def test_fd_frames_of_foreign_logs_are_marked(tmp_path):
     )
     result = read(tmp_path, content_of(can.ASCWriter, ".asc", tmp_path, [*MESSAGES, fd]))
     assert len(result.frames) == 3
-    assert "CAN FD" in result.skipped[0].reason
+    assert "CAN FD" in result.blocks.skipped[0].reason
 
 
 MINIMON = b"""ASCII Trace IXXAT MiniMon V3  Version: 1.0.0.1271\r
@@ -332,7 +325,7 @@ def test_minimon_traces_are_read_on_their_own_clock(tmp_path):
         (0x18FF0001, b"", EXTENDED, 0),
     ]
     assert result.frames.time[0] == pytest.approx(1738061235 + 140.69)
-    assert [skipped.line for skipped in result.skipped] == [9, 10]
+    assert [skipped.line for skipped in result.blocks.skipped] == [9, 10]
 
 
 @pytest.mark.parametrize(
@@ -345,7 +338,9 @@ def test_minimon_traces_are_read_on_their_own_clock(tmp_path):
     ),
 )
 def test_logs_are_read_to_the_last_frame(path, count):
-    assert len(read_log(path, strict=True).frames) == count
+    log = read_log(path)
+    assert log.blocks.is_whole
+    assert len(log.frames) == count
 
 
 @pytest.mark.parametrize("path", cases(OTHER_ROBOT, CAR_LOG))
@@ -357,4 +352,4 @@ def test_a_candump_log_is_what_python_can_reads(path):
     assert [(f.time, f.can_id, f.data) for f in ours.frames] == [
         (m.timestamp, m.arbitration_id, bytes(m.data)) for m in theirs
     ]
-    assert "".join(line + "\n" for line in format_lines(ours.frames, "log", ours.stamp_width)) == text
+    assert "".join(line + "\n" for line in format_lines(ours.frames, "log", ours.blocks.stamp_width)) == text

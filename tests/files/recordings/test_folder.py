@@ -121,7 +121,7 @@ def test_a_drive_on_a_clock_from_zero_survives_too(robot_toml, tmp_path):
     commands = np.ones((SAMPLES, 4))
     save_recording(recording_of(vehicle, time=time, commands=commands, poses=None, run=None), tmp_path)
     loaded = read_recording(tmp_path)
-    assert loaded.log.is_whole
+    assert loaded.log.blocks.is_whole
     assert loaded.recording.time[0] == 0.0
 
 
@@ -153,7 +153,7 @@ def test_a_log_with_a_line_of_garbage_loads_and_the_line_is_reported(vehicle, tm
     log.write_text("".join([*lines[:20], "garbage\n", *lines[20:]]))
     loaded = read_recording(tmp_path)
     assert_equal(loaded.recording, recording_of(vehicle))
-    assert [line.line for line in loaded.log.skipped] == [21]
+    assert [line.line for line in loaded.log.blocks.skipped] == [21]
 
 
 @pytest.mark.parametrize(("name", "error"), [("vehicle.toml", VehicleFileError), ("can.log", RecordingError)])
@@ -186,7 +186,7 @@ def test_recordings_made_elsewhere_load_and_survive_being_saved(shared_data, tmp
     assert len(folders) >= 14
     for number, folder in enumerate(folders):
         loaded = read_recording(folder)
-        assert loaded.log.is_whole
+        assert loaded.log.blocks.is_whole
         if number % 5 == 0:  # one of each kind is enough to write
             save_recording(loaded.recording, tmp_path / str(number))
             assert_equal(load_recording(tmp_path / str(number)), loaded.recording)
