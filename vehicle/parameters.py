@@ -322,6 +322,13 @@ class VehicleParameters:
         return {owner.node: owner.eds for owner in owners if owner.eds is not None}
 
     @property
+    def nodes(self) -> tuple[int, ...]:
+        """Node ids of the encoders and drives, in order."""
+        return tuple(
+            sorted({encoder.node for encoder in self.encoders} | {drive.node for drive in self.drives})
+        )
+
+    @property
     def expected_channels(self) -> tuple[Channel, ...]:
         """The channels that such a robot has: two, or seven."""
         return CHANNELS if self.linkage is not None else CHANNELS[:2]

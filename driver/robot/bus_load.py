@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.node_setup import DRIVE_HEARTBEAT_MS, HEARTBEAT_MS
 from omnimate.driver.errors import BusOverload
-from omnimate.driver.robot.events import nodes_of
 from omnimate.driver.robot.status_words import STATUS_AGE
 from omnimate.vehicle.assembly import pdo_lengths
 
@@ -65,7 +64,7 @@ def forecast_load(vehicle: VehicleParameters) -> BusLoad:
         vehicle: Vehicle whose encoders and drives are on the bus.
     """
     drives = {drive.node for drive in vehicle.drives}
-    others = len(set(nodes_of(vehicle)) - drives) + 1  # and the driver
+    others = len(set(vehicle.nodes) - drives) + 1  # and the driver
     rate = 1.0 / vehicle.bus.sync_period
     frames = [(0, rate)]
     frames += [(length, rate) for length in pdo_lengths(vehicle).values()]

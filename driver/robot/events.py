@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.parameters import VehicleParameters
+from typing import Protocol
 
 MAX_EVENTS = 2000  # in a log, so that its memory is bounded
 
@@ -107,12 +104,6 @@ class NodeCounts:
     wrong_length: int = 0
     unknown: int = 0
     jumps: int = 0
-
-
-def nodes_of(vehicle: VehicleParameters) -> tuple[int, ...]:
-    """Return the node ids of a vehicle's encoders and drives, in order."""
-    encoders = {encoder.node for encoder in vehicle.encoders}
-    return tuple(sorted(encoders | {drive.node for drive in vehicle.drives}))
 
 
 @dataclass(frozen=True, slots=True)

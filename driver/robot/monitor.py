@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.driver.robot.assembler import Assembler
-from omnimate.driver.robot.events import EventLog, NodeCounts, Trouble, nodes_of
+from omnimate.driver.robot.events import EventLog, NodeCounts, Trouble
 from omnimate.driver.robot.status_words import StatusWordMonitor
 from omnimate.driver.robot.supervision import Supervision
 from omnimate.driver.robot.unexpected_frames import FloodDetector, UnknownFrames
@@ -42,7 +42,7 @@ class Monitor:
 
     def __init__(self, vehicle: VehicleParameters, clock: Clock) -> None:
         self.events = EventLog()
-        self.counts = {node: NodeCounts() for node in nodes_of(vehicle)}
+        self.counts = {node: NodeCounts() for node in vehicle.nodes}
         self.assembler = Assembler(vehicle, self.events, self.counts)
         self.supervision = Supervision(self.counts, self.events)
         self.status_words = StatusWordMonitor(self.supervision.troubles, self.events)

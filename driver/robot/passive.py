@@ -13,7 +13,6 @@ from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.bus.clock import WallClock
 from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.errors import BusError, BusLost, NoSync
-from omnimate.driver.robot.events import nodes_of
 from omnimate.driver.robot.monitor import Monitor
 from omnimate.driver.robot.report import DriverReport, make_report
 from omnimate.files.logs.canopen_words import HEARTBEAT, NMT_ID, NMT_START, SDO_REQUEST, SYNC_ID
@@ -65,7 +64,7 @@ class PassiveReader:
         )
         self._monitor = Monitor(vehicle, self._clock)
         self._network.on_unrecorded = self._monitor.events.unrecorded
-        nodes = nodes_of(vehicle)
+        nodes = vehicle.nodes
         masters = {
             NMT_ID,
             *(drive.cob_id for drive in vehicle.drives),

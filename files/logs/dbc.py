@@ -64,13 +64,12 @@ def format_dbc(nodes: Sequence[str], messages: Sequence[DbcMessage], comment: st
 
 def dbc_of_vehicle(vehicle: VehicleParameters) -> str:
     """Return the text of a DBC file: SYNC, PDOs, and heartbeat and EMCY of every node."""
-    nodes = sorted({encoder.node for encoder in vehicle.encoders} | {drive.node for drive in vehicle.drives})
     messages = [DbcMessage(SYNC_ID, "SYNC", 0, _HOST, _HOST), *_pdos(vehicle)]
-    for node in nodes:
+    for node in vehicle.nodes:
         emcy = (Signal("error_code", 0, 16), Signal("error_register", 16, 8))
         messages.append(DbcMessage(0x80 + node, f"EMCY_{node}", 8, node_name(node), _HOST, emcy))
         messages.append(heartbeat_message(node, _HOST))
-    return format_dbc([_HOST, *map(node_name, nodes)], messages, vehicle.name)
+    return format_dbc([_HOST, *map(node_name, vehicle.nodes)], messages, vehicle.name)
 
 
 def node_name(node: int) -> str:

@@ -39,8 +39,7 @@ def build_devices(
     Raises:
         SimulationError: The encoders and drives of one node cannot be on one device.
     """
-    nodes = sorted({encoder.node for encoder in vehicle.encoders} | {drive.node for drive in vehicle.drives})
-    return tuple(_device(vehicle, latch, send, node) for node in nodes)
+    return tuple(_device(vehicle, latch, send, node) for node in vehicle.nodes)
 
 
 def _device(

@@ -17,7 +17,7 @@ from omnimate.driver.bus.clock import WallClock
 from omnimate.driver.bus.replay import LogBus
 from omnimate.driver.errors import BusError, in_one_line
 from omnimate.driver.robot.bus_load import frame_bits
-from omnimate.driver.robot.events import EventLog, nodes_of
+from omnimate.driver.robot.events import EventLog
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.driver.robot.watch.robot_watch import RobotWatch
 from omnimate.driver.robot.watch.snapshot import Snapshot, Traffic
@@ -97,7 +97,7 @@ class BusWatch:
         self._left_out = 0
         self._least = self._most = 0
         self._seen: dict[tuple[int, int, int], int] = {}
-        self._supervised = () if vehicle is None else nodes_of(vehicle)
+        self._supervised = () if vehicle is None else vehicle.nodes
         self._robot = None if vehicle is None else RobotWatch(vehicle)
         self._recorder: Recorder | CandumpWriter | None = None
         self._target: Path | None = None  # folder or log of the recorder
