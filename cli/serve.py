@@ -16,7 +16,6 @@ from omnimate.cli.config_file import ConfigFile
 from omnimate.cli.console import out, say
 from omnimate.cli.errors import CallError
 from omnimate.cli.tables import new_table, show
-from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     import socket
@@ -35,10 +34,6 @@ Database = Annotated[
     typer.Option(envvar="OMNIMATE_DATABASE", help="sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME."),
 ]
 keys = typer.Typer(help="API keys of the service: add, list, revoke.", no_args_is_help=True)
-
-
-class NoKeyError(OmnimateError):
-    """Listening to the network without a single key."""
 
 
 def serve(
@@ -178,7 +173,7 @@ def _listen(settings: Settings, *, as_json: bool) -> None:
     if not settings.is_loopback:
         with components.database.reading() as db:
             if not any(key.revoked is None for key in keys_of(db)):
-                raise NoKeyError(
+                raise CallError(
                     f"{settings.host} can be reached from outside: make a key first (omnimate key add NAME "
                     f"--role operate --database {settings.database}), or listen on 127.0.0.1"
                 )

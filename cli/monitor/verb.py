@@ -17,6 +17,7 @@ from omnimate.cli.options import DbcFiles, EdsFiles
 
 if TYPE_CHECKING:
     from omnimate.cli.descriptions import Descriptions
+    from omnimate.cli.monitor.app import MonitorApp
     from omnimate.cli.monitor.lines import Wanted
     from omnimate.driver.robot.watch.bus_watch import BusWatch, Opener
     from omnimate.driver.robot.watch.snapshot import Snapshot
@@ -82,7 +83,17 @@ def monitor(
     name = str(bus or source)
     with BusWatch(opened, robot) as watch:
         if has_screen:
-            _screen(watch, known, name, rate, Wanted.of(show), record, seconds, screenshot, no_color=no_color)
+            _screen(no_color=no_color)(
+                watch,
+                known,
+                name=name,
+                bitrate=rate,
+                wanted=Wanted.of(show),
+                target=record,
+                seconds=seconds,
+                picture=screenshot,
+                marks=no_color,
+            ).run(headless=screenshot is not None, size=None if screenshot is None else SCREEN)
         elif seconds is None and source is None:
             raise CallError("this is no terminal; give --seconds, after which what was seen is printed")
         else:
@@ -116,18 +127,8 @@ def _bitrate(bus: str | None, robot: VehicleParameters | None) -> int | None:
     return robot.bus.bitrate if stated is None and robot is not None else stated
 
 
-def _screen(
-    watch: BusWatch,
-    known: Descriptions,
-    name: str,
-    bitrate: int | None,
-    wanted: Wanted,
-    record: Path | None,
-    seconds: float | None,
-    screenshot: Path | None,
-    *,
-    no_color: bool,
-) -> None:
+def _screen(*, no_color: bool) -> type[MonitorApp]:
+    """Return the screen, after setting whether it has colours."""
     os.environ.pop("NO_COLOR", None)
     if no_color:
         os.environ["NO_COLOR"] = "1"  # by which textual knows
@@ -135,17 +136,7 @@ def _screen(
         from omnimate.cli.monitor.app import MonitorApp
     except ImportError as error:
         raise CallError("the screen needs the library textual: pip install 'omnimate[monitor]'") from error
-    MonitorApp(
-        watch,
-        known,
-        name=name,
-        bitrate=bitrate,
-        wanted=wanted,
-        target=record,
-        seconds=seconds,
-        picture=screenshot,
-        marks=no_color,
-    ).run(headless=screenshot is not None, size=None if screenshot is None else SCREEN)
+    return MonitorApp
 
 
 def _wait(watch: BusWatch, seconds: float | None) -> None:

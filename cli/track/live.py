@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from omnimate.cli.console import note, warn
+from omnimate.cli.errors import CallError
 from omnimate.cli.following import follow
 from omnimate.cli.track.words import disturbance_in_words, frozen_in_words, row_in_words
-from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -23,18 +23,6 @@ if TYPE_CHECKING:
     from omnimate.vehicle.sample import Sample
 
 CHECK_PERIOD = 5.0  # [s] between two checks for frozen channels
-
-
-class RowFileError(OmnimateError):
-    """A file for rows that cannot be written.
-
-    Attributes:
-        path: Path of the file.
-    """
-
-    def __init__(self, path: Path, error: OSError) -> None:
-        super().__init__(f"{path}: cannot be written: {error.strerror}; choose another file")
-        self.path = path
 
 
 @dataclass
@@ -73,7 +61,7 @@ def open_rows(csv_path: Path | None, jsonl: str | None) -> Iterator[RowWriter]:
     """Open the files of rows; `-` is standard output.
 
     Raises:
-        RowFileError: one of them cannot be written.
+        CallError: One of them cannot be written.
     """
     with contextlib.ExitStack() as stack:
         table = stack.enter_context(_create(csv_path)) if csv_path is not None else None
@@ -87,7 +75,7 @@ def _create(path: Path) -> TextIO:
     try:
         return path.open("w", encoding="utf-8", newline="")
     except OSError as error:
-        raise RowFileError(path, error) from error
+        raise CallError(f"{path}: cannot be written: {error.strerror}; choose another file") from error
 
 
 def follow_robot(

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import pytest
 from sqlalchemy.exc import OperationalError
 
-from omnimate.cli.serve import NoKeyError, _listen
+from omnimate.cli.errors import CallError
+from omnimate.cli.serve import _listen
 from omnimate.service import access
 from omnimate.service.access import add_key, revoke_key
 from omnimate.service.errors import AuthenticationError
@@ -121,5 +122,5 @@ def test_secrets_are_not_kept(locked):
 
 
 def test_a_service_that_others_can_reach_needs_a_key(tmp_path):
-    with pytest.raises(NoKeyError, match="omnimate key add"):
+    with pytest.raises(CallError, match="omnimate key add"):
         _listen(Settings(database=f"sqlite:///{tmp_path}/service.db", host="0.0.0.0"), as_json=False)
