@@ -24,7 +24,3 @@ class SourceError(OmnimateError):
 
 class MappingError(SourceError):
     """A mapping that does not say which column or topic holds which quantity."""
-
-
-class OptiOdomError(SourceError):
-    """A folder that is not the OptiOdom set that was expected, or a damaged file in it."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from omnimate.files.importers.errors import MappingError
 from omnimate.vehicle.file import load_vehicle
-from omnimate.vehicle.parameters import Bus, Drive, Encoder, ParameterError, Truck, VehicleParameters
+from omnimate.vehicle.parameters import Bus, Encoder, ParameterError, Truck, VehicleParameters
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -18,9 +18,7 @@ _WHEELS: tuple[Channel, Channel] = ("a.left", "a.right")
 _ANY_PERIOD = 0.02  # [s]; it is replaced by that of the data
 
 
-def single_truck(
-    name: str, truck: Truck, counts_per_turn: float, period: float, *, driven: bool = False
-) -> VehicleParameters:
+def single_truck(name: str, truck: Truck, counts_per_turn: float, period: float) -> VehicleParameters:
     """Return a robot with one truck whose wheels count 32 bits on nodes 1 and 2.
 
     Args:
@@ -28,7 +26,6 @@ def single_truck(
         truck: The nominal truck.
         counts_per_turn: Counts in a turn of a wheel.
         period: Time between two samples [s].
-        driven: Whether the robot has drives, on nodes 11 and 12, with the same counts.
 
     Raises:
         ParameterError: The parameters are not those of a possible robot.
@@ -37,12 +34,7 @@ def single_truck(
         Encoder(wheel, node, 0x180 + node, 0, 32, signed=True, sign=1, counts_per_turn=counts_per_turn)
         for node, wheel in enumerate(_WHEELS, start=1)
     )
-    drives = tuple(
-        Drive(wheel, node, 0x200 + node, 1, counts_per_turn) for node, wheel in enumerate(_WHEELS, start=11)
-    )
-    return VehicleParameters(
-        name, {"a": truck}, None, Bus(500_000, period), encoders, drives if driven else ()
-    )
+    return VehicleParameters(name, {"a": truck}, None, Bus(500_000, period), encoders)
 
 
 def robot_of(mapping: Table, folder: Path, vehicle: VehicleParameters | None) -> VehicleParameters:

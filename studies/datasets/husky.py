@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from omnimate.files.importers.clock import recording_of
 from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.robots import single_truck
 from omnimate.files.importers.series import Series, poses_of
-from omnimate.vehicle.parameters import Truck
+from omnimate.vehicle.parameters import Drive, Truck
 from omnimate.vehicle.recording import Lap, Recording, Run
 from omnimate.vehicle.se2 import Array
 
@@ -27,6 +28,7 @@ WINDOWS = "husky_windows.npz"
 NOMINAL = Truck(0.55, 0.33, 0.33)
 PERIOD = 0.05  # [s]
 COUNTS_PER_TURN = 100_000.0  # chosen here: the data contain speeds and no counts
+DRIVES = (Drive("a.left", 11, 0x20B, 1, COUNTS_PER_TURN), Drive("a.right", 12, 0x20C, 1, COUNTS_PER_TURN))
 _NEEDED = ("cmd_left", "cmd_right", "left_wheel_vel", "right_wheel_vel", "icp_x", "icp_y", "icp_yaw")
 
 
@@ -54,7 +56,7 @@ def each_window(folder: Path | str) -> Iterator[tuple[str, Recording]]:
 
 def _recording(window: Mapping[str, Array], source: str) -> Recording:
     time: Array = PERIOD * np.arange(len(window["icp_x"]), dtype=np.float64)
-    robot = single_truck("husky", NOMINAL, COUNTS_PER_TURN, PERIOD, driven=True)
+    robot = replace(single_truck("husky", NOMINAL, COUNTS_PER_TURN, PERIOD), drives=DRIVES)
     left, right = (
         Series(time, window[f"{side}_wheel_vel"], "rad/s", f"{source}, {side}_wheel_vel")
         for side in ("left", "right")

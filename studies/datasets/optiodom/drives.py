@@ -14,9 +14,8 @@ import numpy as np
 
 from omnimate.calib.paths.drives import Drive
 from omnimate.calib.paths.kinematics import Differential, Kinematics
-from omnimate.files.importers.errors import OptiOdomError
 from omnimate.vehicle.parameters import ParameterError, Truck
-from studies.datasets.optiodom.files import read_metadata, read_numbers, read_rows
+from studies.datasets.optiodom.files import OptiOdomError, read_metadata, read_numbers, read_rows
 from studies.datasets.optiodom.tricycle import Tricycle
 
 

@@ -14,8 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from omnimate.files.importers.errors import OptiOdomError
+from omnimate.files.importers.errors import SourceError
 from omnimate.vehicle.se2 import Array
+
+
+class OptiOdomError(SourceError):
+    """A folder that is not the OptiOdom set that was expected, or a damaged file in it."""
 
 
 def is_optiodom(folder: Path) -> bool:

@@ -18,10 +18,9 @@ from omnimate.calib.paths.least_squares import PathCalibration, calibrate_path
 from omnimate.calib.paths.reference import dead_reckoned
 from omnimate.calib.umbmark.printed import solve_printed
 from omnimate.calib.umbmark.runs import return_errors
-from omnimate.files.importers.errors import OptiOdomError
 from omnimate.vehicle.se2 import Array
 from studies.datasets.optiodom.drives import DriveSet, read_set
-from studies.datasets.optiodom.files import find_sets
+from studies.datasets.optiodom.files import OptiOdomError, find_sets
 from studies.datasets.optiodom.squares import read_squares
 
 

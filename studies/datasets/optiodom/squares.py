@@ -11,11 +11,10 @@ from omnimate.calib.paths.drives import Drive
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.umbmark.experiment import Experiment, experiment_of_runs
 from omnimate.calib.umbmark.runs import SquareDirection, SquareRun
-from omnimate.files.importers.errors import OptiOdomError
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.se2 import between
 from studies.datasets.optiodom.drives import read_set
-from studies.datasets.optiodom.files import read_metadata, read_numbers
+from studies.datasets.optiodom.files import OptiOdomError, read_metadata, read_numbers
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,11 +7,12 @@ import pytest
 
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.reference import dead_reckoned
-from omnimate.files.importers.errors import OptiOdomError, SourceError
+from omnimate.files.importers.errors import SourceError
 from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import between, compose
 from studies.datasets.optiodom.drives import read_set
+from studies.datasets.optiodom.files import OptiOdomError
 from studies.datasets.optiodom.recordings import each_run, recordings_of
 from studies.datasets.optiodom.scores import score
 from studies.datasets.optiodom.squares import read_squares

@@ -5,10 +5,9 @@ import gzip
 import numpy as np
 import pytest
 
-from omnimate.files.importers.errors import OptiOdomError
 from omnimate.vehicle.arcs import integrate
 from studies.datasets.optiodom.drives import read_set
-from studies.datasets.optiodom.files import find_sets
+from studies.datasets.optiodom.files import OptiOdomError, find_sets
 from studies.datasets.optiodom.scores import score_optiodom
 from studies.datasets.optiodom.tricycle import Tricycle
 

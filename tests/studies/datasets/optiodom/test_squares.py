@@ -7,8 +7,7 @@ import pytest
 
 from omnimate.calib.errors import DirectionError
 from omnimate.calib.umbmark.experiment import calibrate
-from omnimate.files.importers.errors import OptiOdomError
-from studies.datasets.optiodom.files import is_optiodom
+from studies.datasets.optiodom.files import OptiOdomError, is_optiodom
 from studies.datasets.optiodom.squares import experiment_of_optiodom, read_squares
 
 FIRST = "real/optiodom/diff/square/230620202042"
