@@ -7,6 +7,11 @@ import pytest
 
 from docs.generate.conformance import BenchBus
 from omnimate.cli.main import main
+from omnimate.files.recordings.folder import save_recording
+from omnimate.motion.paths import umbmark
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
 from tests.commands import runner
 
 
@@ -14,6 +19,16 @@ from tests.commands import runner
 def omnimate(capsys, monkeypatch):
     """Return a function that runs `omnimate` with arguments and gives its exit code and output."""
     return runner("omnimate", main, capsys, monkeypatch)
+
+
+@pytest.fixture(scope="session")
+def small_drive(tmp_path_factory):
+    """The recording folder of one square of 0.5 m each way; a test that changes it copies it."""
+    robot = reference_vehicle()
+    folder = tmp_path_factory.mktemp("small") / "drive"
+    program = umbmark(0.5, 1, speed=0.4, link_length=robot.linkage.length)
+    save_recording(simulate(robot, Truth(robot, seed=1), program, start_time=1.7e9), folder)
+    return folder
 
 
 @pytest.fixture

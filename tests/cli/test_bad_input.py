@@ -1,16 +1,16 @@
 """What a user gets wrong is said in one sentence, exits with 1, and leaves nothing half-written."""
 
+import shutil
+
 import pytest
 
 from omnimate.files.recordings.folder import load_recording
 
 
 @pytest.fixture
-def drive(omnimate, tmp_path):
-    """A small recording folder."""
-    arguments = ("--side", 1, "--runs", 1, "--start", 1700000000, "--speed", 0.4)
-    assert omnimate("simulate", tmp_path / "drive", *arguments).code == 0
-    return tmp_path / "drive"
+def drive(small_drive, tmp_path):
+    """A small recording folder that a test may change."""
+    return shutil.copytree(small_drive, tmp_path / "drive")
 
 
 def said(result):

@@ -7,16 +7,9 @@ import pytest
 from omnimate.files.recordings.folder import load_recording
 
 
-@pytest.fixture
-def drive(omnimate, tmp_path):
-    """A simulated drive as a recording folder."""
-    omnimate("simulate", tmp_path / "drive", "--side", "0.5", "--runs", "1", "--start", "1763670000")
-    return tmp_path / "drive"
-
-
-def test_a_recording_becomes_every_format(omnimate, drive, tmp_path):
+def test_a_recording_becomes_every_format(omnimate, small_drive, tmp_path):
     for name in ("a.mcap", "a.parquet", "a.tum", "a.pcap", "a.blf", "a.asc", "a.csv", "a.log.gz", "bag"):
-        result = omnimate("export", drive, tmp_path / name)
+        result = omnimate("export", small_drive, tmp_path / name)
         assert result.code == 0, result.err
         assert "written:" in result.out
     assert {path.name for path in tmp_path.glob("a-*")} >= {"a-poses.parquet", "a-ipec_b.tum"}
@@ -24,28 +17,28 @@ def test_a_recording_becomes_every_format(omnimate, drive, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".pcap", ".blf", ".csv", ".log.gz"])
-def test_there_and_back_is_the_same_recording(omnimate, drive, tmp_path, suffix):
-    omnimate("export", drive, tmp_path / f"bus{suffix}")
+def test_there_and_back_is_the_same_recording(omnimate, small_drive, tmp_path, suffix):
+    omnimate("export", small_drive, tmp_path / f"bus{suffix}")
     call = (
         "import",
         "log",
         tmp_path / f"bus{suffix}",
         tmp_path / "back",
         "--vehicle",
-        drive / "vehicle.toml",
+        small_drive / "vehicle.toml",
     )
     result = omnimate(*call)
     assert result.code == 0, result.err
-    assert (tmp_path / "back" / "can.log").read_bytes() == (drive / "can.log").read_bytes()
-    assert load_recording(tmp_path / "back").counts.tolist() == load_recording(drive).counts.tolist()
+    assert (tmp_path / "back" / "can.log").read_bytes() == (small_drive / "can.log").read_bytes()
+    assert load_recording(tmp_path / "back").counts.tolist() == load_recording(small_drive).counts.tolist()
 
 
-def test_a_log_with_a_vehicle_is_a_drive(omnimate, drive, tmp_path):
-    log = drive / "can.log"
+def test_a_log_with_a_vehicle_is_a_drive(omnimate, small_drive, tmp_path):
+    log = small_drive / "can.log"
     result = omnimate("export", log, tmp_path / "a.tum")
     assert result.code == 1
     assert "give --vehicle" in result.err
-    assert omnimate("export", log, tmp_path / "a.tum", "--vehicle", drive / "vehicle.toml").code == 0
+    assert omnimate("export", log, tmp_path / "a.tum", "--vehicle", small_drive / "vehicle.toml").code == 0
     assert (tmp_path / "a-odometry_b.tum").exists()
 
 
@@ -66,12 +59,12 @@ def test_what_a_format_cannot_hold_is_told_and_gives_exit_code_1(omnimate, tmp_p
     ],
 )
 def test_a_library_that_is_missing_is_named_with_its_extra_before_anything_is_read(
-    omnimate, drive, tmp_path, monkeypatch, library, name, extra
+    omnimate, small_drive, tmp_path, monkeypatch, library, name, extra
 ):
     monkeypatch.setitem(sys.modules, library, None)
     monkeypatch.setattr("omnimate.files.recordings.folder.read_recording", None)  # nothing is computed before
     monkeypatch.setattr("omnimate.files.logs.streaming.LogStream", None)  # nor read
-    for source in (drive, drive / "can.log"):
+    for source in (small_drive, small_drive / "can.log"):
         result = omnimate("export", source, tmp_path / name)
         assert result.code == 1
         assert f"pip install 'omnimate[{extra}]'" in result.err
@@ -79,9 +72,9 @@ def test_a_library_that_is_missing_is_named_with_its_extra_before_anything_is_re
 
 
 @pytest.mark.parametrize("name", ["a.mcap", "a.parquet", "a.tum", "a.pcap", "a.log.gz", "bag"])
-def test_a_place_that_cannot_be_written_is_told(omnimate, drive, tmp_path, name):
+def test_a_place_that_cannot_be_written_is_told(omnimate, small_drive, tmp_path, name):
     (tmp_path / "file").write_text("no folder")
-    result = omnimate("export", drive, tmp_path / "file" / name)
+    result = omnimate("export", small_drive, tmp_path / "file" / name)
     assert result.code == 1
     assert "cannot be written" in result.err
 

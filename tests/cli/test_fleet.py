@@ -29,22 +29,8 @@ def test_a_ramp_of_a_joint_is_said_in_degrees_with_its_speed():
 
 def test_a_small_hall_goes_through_all_verbs(omnimate, tmp_path):
     store = tmp_path / "store"
-    hall = [
-        "--robots",
-        "2",
-        "--days",
-        "3",
-        "--minutes",
-        "1",
-        "--faulty",
-        "0",
-        "--places",
-        "0",
-        "--length",
-        "12",
-        "--width",
-        "10",
-    ]
+    sizes = {"robots": 2, "days": 3, "minutes": 1, "faulty": 0, "places": 0, "length": 12, "width": 10}
+    hall = [word for name, size in sizes.items() for word in (f"--{name}", size)]
     assert omnimate("fleet", "simulate", store, *hall).code == 0
     done = omnimate("fleet", "run", store, "--no-diagnose")
     assert (done.code, done.out) == (0, "6 recordings processed, 0 known before\n")

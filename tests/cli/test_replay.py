@@ -19,18 +19,11 @@ from tests.samples import CANOPEN_TRACES, CAR_LOG, OTHER_ROBOT, OTHER_ROBOT_ASC,
 STRANGERS_LOGS = cases(OTHER_ROBOT, OTHER_ROBOT_ASC, *CANOPEN_TRACES, CAR_LOG)
 
 
-@pytest.fixture
-def drive(omnimate, tmp_path):
-    arguments = ("--protocol", "rectangle", "--side", 2, "--runs", 1, "--start", 1700000000, "--speed", 0.4)
-    assert omnimate("simulate", tmp_path / "drive", *arguments).code == 0
-    return tmp_path / "drive"
-
-
-def test_the_trajectories_are_those_of_dead_reckoning(omnimate, drive, tmp_path):
+def test_the_trajectories_are_those_of_dead_reckoning(omnimate, small_drive, tmp_path):
     table, figure = tmp_path / "paths.csv", tmp_path / "plan.svg"
-    result = omnimate("replay", drive, "--csv", table, "--plot", figure)
+    result = omnimate("replay", small_drive, "--csv", table, "--plot", figure)
     assert result.code == 0, result.err
-    recording = load_recording(drive)
+    recording = load_recording(small_drive)
     written = np.genfromtxt(table, delimiter=",", skip_header=1, usecols=(0, 2, 3, 4))
     first = recording.poses.of("a").pose[0]
     assert np.allclose(written[: len(recording), 1:], dead_reckon(recording, "a", first), atol=1e-6)
@@ -39,27 +32,29 @@ def test_the_trajectories_are_those_of_dead_reckoning(omnimate, drive, tmp_path)
     assert "fix minus odometry" in result.out
 
 
-def test_a_calibrated_vehicle_changes_the_trajectory_and_not_the_recording(omnimate, drive, tmp_path):
-    before = omnimate("replay", drive).out
+def test_a_calibrated_vehicle_changes_the_trajectory_and_not_the_recording(omnimate, small_drive, tmp_path):
+    before = omnimate("replay", small_drive).out
     other = tmp_path / "other.toml"
-    other.write_text((drive / "vehicle.toml").read_text().replace("wheelbase = 0.34", "wheelbase = 0.33"))
-    assert omnimate("replay", drive, "--vehicle", other).out != before
-    assert omnimate("replay", drive).out == before
+    other.write_text(
+        (small_drive / "vehicle.toml").read_text().replace("wheelbase = 0.34", "wheelbase = 0.33")
+    )
+    assert omnimate("replay", small_drive, "--vehicle", other).out != before
+    assert omnimate("replay", small_drive).out == before
 
 
-def test_a_vehicle_with_other_encoders_reads_the_log_anew(omnimate, drive, tmp_path):
+def test_a_vehicle_with_other_encoders_reads_the_log_anew(omnimate, small_drive, tmp_path):
     other = tmp_path / "other.toml"
-    text = (drive / "vehicle.toml").read_text()
+    text = (small_drive / "vehicle.toml").read_text()
     other.write_text(text.replace("node = 2\ncob_id = 386", "node = 9\ncob_id = 999"))
-    result = omnimate("replay", drive, "--vehicle", other)
+    result = omnimate("replay", small_drive, "--vehicle", other)
     assert result.code == 1
     assert "a.left and a.right are never there in the same sample" in result.err
 
 
-def test_frames_go_onto_a_bus_unchanged_and_in_order(omnimate, drive):
-    frames = read_log(drive / "can.log").frames
+def test_frames_go_onto_a_bus_unchanged_and_in_order(omnimate, small_drive):
+    frames = read_log(small_drive / "can.log").frames
     with open_bus("virtual://replayed") as bus:
-        assert omnimate("replay", drive, "--bus", "virtual://replayed", "--pace", 0).code == 0
+        assert omnimate("replay", small_drive, "--bus", "virtual://replayed", "--pace", 0).code == 0
         heard = [bus.recv(0.0) for _ in range(len(frames))]
         assert bus.recv(0.0) is None
     sent = [(frame.can_id, frame.data) for frame in frames]

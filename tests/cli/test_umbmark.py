@@ -5,7 +5,6 @@ from functools import partial
 
 import pytest
 
-from omnimate.calib.profiles import load_profiles
 from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import umbmark as squares
 from omnimate.vcan_sim.bumps import Bump
@@ -139,13 +138,6 @@ def test_a_second_pass_multiplies(call, tmp_path):
     assert "all passes together: E_b 0.9" in result.out
     (line,) = (line for line in result.out.splitlines() if "all passes" in line)
     assert float(line.split("E_b ")[1].split(",")[0]) == pytest.approx(0.95, rel=2e-3)
-
-
-def test_profiles_are_kept_by_name(call, table, nominal, tmp_path):
-    path = tmp_path / "floors.toml"
-    for name in ("concrete", "carpet"):
-        assert call(table, "--side", 4, "--vehicle", nominal, "--profile", path, name).code == 0
-    assert set(load_profiles(path)) == {"concrete", "carpet"}
 
 
 @pytest.mark.parametrize(
