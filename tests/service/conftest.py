@@ -37,12 +37,18 @@ SESSIONS = "/v1/umbmark/sessions"
 PATIENCE = 120.0  # [s] that a slow machine may take
 
 
-@pytest.fixture(scope="session", autouse=True)
-def _tracker_is_compiled():
-    """Compile the tracker first; a service compiles it in a thread, which changes all warning filters."""
+@pytest.fixture(scope="session")
+def small_recording():
+    """A recording of a square of 0.2 m each way."""
     vehicle = reference_vehicle()
     program = umbmark(0.2, 1, speed=0.4, link_length=vehicle.linkage.length)
-    track_recording(simulate(vehicle, Truth(vehicle, seed=1), program), every=1.0)
+    return simulate(vehicle, Truth(vehicle, seed=1), program)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _tracker_is_compiled(small_recording):
+    """Compile the tracker first; a service compiles it in a thread, which changes all warning filters."""
+    track_recording(small_recording, every=1.0)
 
 
 @pytest.fixture(scope="session")

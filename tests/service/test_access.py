@@ -13,13 +13,19 @@ from omnimate.service.errors import AuthenticationError
 from omnimate.service.settings import Settings
 
 
-@pytest.fixture
-def locked(tmp_path, serving):
-    """A service with a key of each role."""
-    with serving(f"sqlite:///{tmp_path}/service.db") as client:
-        with client.components.database.writing() as db:
-            client.keys = {role: add_key(db, role, role) for role in ("read", "operate")}
+@pytest.fixture(scope="module")
+def keyed(tmp_path_factory, serving):
+    """A service that holds keys once a test has added some."""
+    with serving(f"sqlite:///{tmp_path_factory.mktemp('keyed')}/service.db") as client:
         yield client
+
+
+@pytest.fixture
+def locked(keyed):
+    """The service with a new key of each role."""
+    with keyed.components.database.writing() as db:
+        keyed.keys = {role: add_key(db, role, role) for role in ("read", "operate")}
+    return keyed
 
 
 def bearer(key):

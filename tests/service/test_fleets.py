@@ -1,8 +1,6 @@
 """Fleets over REST: uploads, batches, daily reports, robots, floors, histories, reports."""
 
 import gzip
-import io
-import zipfile
 
 import numpy as np
 import pytest
@@ -24,6 +22,7 @@ from tests.service.hall_results import (
     robots,
     write_results,
 )
+from tests.service.zips import zipped
 
 pytest.importorskip("pyarrow")
 PATH = "/v1/fleets"
@@ -46,14 +45,6 @@ def hall(client):
     assert made.status_code == 201
     write_results(client.components.stores.results("hall-3"))
     return made.headers["Location"]
-
-
-def zipped(members):
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w") as archive:
-        for name, content in members.items():
-            archive.writestr(name, content)
-    return buffer.getvalue()
 
 
 def test_of_two_requests_at_once_that_make_the_same_fleet_the_second_is_refused(client, monkeypatch):

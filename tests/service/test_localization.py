@@ -5,23 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from omnimate.motion.paths import umbmark
 from omnimate.service.robot.localization import LOADING_SAMPLES, Localization
-from omnimate.vcan_sim.reference import reference_vehicle
-from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.sample import Sample
 
 UNKNOWN = ("ipec", "filter", "sigma", "corrections", "lost")
-
-
-@pytest.fixture(scope="module")
-def recording():
-    """A small square each way."""
-    vehicle = reference_vehicle()
-    program = umbmark(0.3, 1, speed=0.4, link_length=vehicle.linkage.length)
-    return simulate(vehicle, Truth(vehicle, seed=3), program)
 
 
 def samples_of(recording):
@@ -45,20 +33,20 @@ def tracker_at_once(monkeypatch):
     return lambda: [load(*arguments) for arguments in loading]
 
 
-def test_plain_odometry_is_that_of_the_whole_recording(recording, tracker_at_once):
-    localization = Localization(recording.vehicle)
-    for sample in samples_of(recording):
+def test_plain_odometry_is_that_of_the_whole_recording(small_recording, tracker_at_once):
+    localization = Localization(small_recording.vehicle)
+    for sample in samples_of(small_recording):
         take(localization, sample)
     event = localization.as_event()
     for name, truck in (("plain", "a"), ("follower", "b")):
-        x, y, theta = dead_reckon(recording, truck)[-1]
+        x, y, theta = dead_reckon(small_recording, truck)[-1]
         assert [event[name][axis] for axis in ("x", "y", "theta")] == pytest.approx([x, y, theta], abs=1e-6)
     assert all(event[name] is None for name in UNKNOWN)
 
 
-def test_once_the_tracker_is_loaded_it_goes_on_from_where_odometry_is(recording, tracker_at_once):
-    localization = Localization(recording.vehicle)
-    samples = list(samples_of(recording))
+def test_once_the_tracker_is_loaded_it_goes_on_from_where_odometry_is(small_recording, tracker_at_once):
+    localization = Localization(small_recording.vehicle)
+    samples = list(samples_of(small_recording))
     half = len(samples) // 2
     for sample in samples[:half]:
         take(localization, sample)
@@ -73,11 +61,11 @@ def test_once_the_tracker_is_loaded_it_goes_on_from_where_odometry_is(recording,
         assert np.hypot(*away) < 0.05
 
 
-def test_a_tracker_is_loaded_after_a_few_complete_samples_and_only_once(recording, monkeypatch):
+def test_a_tracker_is_loaded_after_a_few_complete_samples_and_only_once(small_recording, monkeypatch):
     loaded = []
     monkeypatch.setattr(Localization, "_load_tracker", lambda _self, samples: loaded.append(len(samples)))
     monkeypatch.setattr("threading.Thread.start", lambda thread: thread.run())
-    localization = Localization(recording.vehicle)
-    for sample, _ in zip(samples_of(recording), range(10 * LOADING_SAMPLES), strict=False):
+    localization = Localization(small_recording.vehicle)
+    for sample, _ in zip(samples_of(small_recording), range(10 * LOADING_SAMPLES), strict=False):
         take(localization, sample)
     assert loaded == [LOADING_SAMPLES]

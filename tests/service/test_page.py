@@ -385,15 +385,36 @@ def test_a_days_recordings_are_uploaded_and_worked_on_by_clicking(page, tmp_path
     picture(page, "fleet-batch")
 
 
-def test_a_service_with_keys_asks_for_one_and_names_it_at_the_versions_that_it_made(
-    browser, tmp_path, picture
-):
-    made = subprocess.run(
-        [*COMMAND, "key", "add", "shop floor", "--role", "operate"],
-        cwd=tmp_path, check=True, capture_output=True, text=True,
-    )  # fmt: skip
-    key = made.stdout.split()[-1]
-    with serving(tmp_path) as address, opened(browser, address) as page:
+@pytest.fixture(scope="module")
+def keyed(tmp_path_factory):
+    """The address of a service with two keys, and these by their names; `visitor` only reads."""
+    folder, keys = tmp_path_factory.mktemp("keyed"), {}
+    for name, role in (("shop floor", "operate"), ("visitor", "read")):
+        call = [*COMMAND, "key", "add", name, "--role", role]
+        made = subprocess.run(call, cwd=folder, check=True, capture_output=True, text=True)
+        keys[name] = made.stdout.split()[-1]
+    with serving(folder) as url:
+        yield url, keys
+
+
+def test_a_key_that_only_reads_changes_no_vehicle_and_the_service_says_why(browser, keyed):
+    address, keys = keyed
+    with opened(browser, address) as page:
+        expect(page.locator("#key-dialog")).to_be_visible(timeout=SOON)
+        page.locator("#key").fill(keys["visitor"])
+        page.locator("#key-send").click()
+        page.locator("#tab-vehicle").click()
+        field = page.get_by_label("truck a, wheelbase")
+        expect(field).not_to_have_value("", timeout=SOON)
+        field.fill("500")
+        field.press("Enter")
+        expect(page.locator("#edit-message")).to_contain_text("read", timeout=SOON)
+        expect(page.locator("#vehicle-title")).to_have_text("omnimate, version 1")
+
+
+def test_a_service_with_keys_asks_for_one_and_names_it_at_the_versions_that_it_made(browser, keyed, picture):
+    address, key = keyed[0], keyed[1]["shop floor"]
+    with opened(browser, address) as page:
         expect(page.locator("#key-dialog")).to_be_visible(timeout=SOON)
         picture(page, "key")
         page.locator("#key").fill(f"{key[:-4]}xxxx")
@@ -457,24 +478,6 @@ def test_a_vehicle_that_somebody_else_changed_is_shown_and_its_comments_stay(rob
     saved = page.request.get(address).json()
     assert saved["trucks"]["a"]["wheelbase"] == 0.5
     assert saved["toml"] == text.replace("0.34 ", "0.5 ", 1)
-
-
-def test_a_key_that_only_reads_changes_no_vehicle_and_the_service_says_why(browser, tmp_path):
-    made = subprocess.run(
-        [*COMMAND, "key", "add", "visitor", "--role", "read"],
-        cwd=tmp_path, check=True, capture_output=True, text=True,
-    )  # fmt: skip
-    with serving(tmp_path) as address, opened(browser, address) as page:
-        expect(page.locator("#key-dialog")).to_be_visible(timeout=SOON)
-        page.locator("#key").fill(made.stdout.split()[-1])
-        page.locator("#key-send").click()
-        page.locator("#tab-vehicle").click()
-        field = page.get_by_label("truck a, wheelbase")
-        expect(field).not_to_have_value("", timeout=SOON)
-        field.fill("500")
-        field.press("Enter")
-        expect(page.locator("#edit-message")).to_contain_text("read", timeout=SOON)
-        expect(page.locator("#vehicle-title")).to_have_text("omnimate, version 1")
 
 
 def test_docs_show_every_call_of_the_interface(page, address, picture):

@@ -8,23 +8,17 @@ from alembic import command
 from alembic.config import Config
 from sqlalchemy import create_engine
 
-from omnimate.motion.paths import umbmark
 from omnimate.service.errors import NotFoundError
 from omnimate.service.store.database import MIGRATIONS, Database
 from omnimate.service.store.recordings import DAY, RecordingStore, summarize
 from omnimate.service.store.tables import RecordingContentRow, RecordingRow
-from omnimate.vcan_sim.reference import reference_vehicle
-from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.truth import Truth
 
 LIMIT = 1_000_000
 
 
 @pytest.fixture(scope="module")
-def summary():
-    vehicle = reference_vehicle()
-    program = umbmark(0.2, 1, speed=0.4, link_length=vehicle.linkage.length)
-    return summarize(simulate(vehicle, Truth(vehicle, seed=3), program))
+def summary(small_recording):
+    return summarize(small_recording)
 
 
 @pytest.fixture

@@ -15,13 +15,10 @@ from hypothesis import strategies as st
 
 from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.files.recordings.zipped import pack
-from omnimate.motion.paths import umbmark
 from omnimate.service.errors import InvalidValueError, MediaTypeError, ServiceError, TooLargeError
 from omnimate.service.recording_zip import MAX_FILES, unpack
 from omnimate.service.store.recordings import RecordingStore, read_in_process, summarize
-from omnimate.vcan_sim.reference import reference_vehicle
-from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.truth import Truth
+from tests.service.zips import zipped
 
 LIMIT = 100_000_000
 REFUSED = tomllib.loads(
@@ -29,22 +26,11 @@ REFUSED = tomllib.loads(
 )["case"]
 
 
-def zipped(members):
-    """Return a zip of members, given as name and content."""
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in members:
-            archive.writestr(name, content)
-    return buffer.getvalue()
-
-
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory):
+def recording(small_recording, tmp_path_factory):
     """A folder with the recording of a small square each way."""
-    vehicle = reference_vehicle()
-    program = umbmark(0.5, 1, speed=0.4, link_length=vehicle.linkage.length)
     folder = tmp_path_factory.mktemp("recording") / "drive"
-    save_recording(simulate(vehicle, Truth(vehicle, seed=3), program), folder)
+    save_recording(small_recording, folder)
     return folder
 
 

@@ -5,6 +5,8 @@ import zipfile
 
 import pytest
 
+from tests.service.zips import zipped
+
 PATH = "/v1/recordings"
 ZIP = {"Content-Type": "application/zip"}
 
@@ -13,14 +15,6 @@ ZIP = {"Content-Type": "application/zip"}
 def squares(drive_zip):
     """A simulated recording of one square each way, as a zip."""
     return drive_zip(2.0)
-
-
-def zipped(**members):
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in members.items():
-            archive.writestr(name.replace("__", "/"), content)
-    return buffer.getvalue()
 
 
 def test_a_recording_is_kept_byte_for_byte_until_it_is_deleted(service, squares):
@@ -48,7 +42,7 @@ def test_a_recording_of_another_robot_is_refused(client, squares, started):
     with zipfile.ZipFile(io.BytesIO(squares)) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
     members["vehicle.toml"] = members["vehicle.toml"].replace(b'"omnimate"', b'"another"')
-    recording = client.post(PATH, content=zipped(**members), headers=ZIP).json()["id"]
+    recording = client.post(PATH, content=zipped(members), headers=ZIP).json()["id"]
     path = started(client, how="recordings", side=2.0)
     answer = client.post(f"{path}/samples", json={"recording": recording})
     assert answer.status_code == 422
