@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.random import Generator
 
 from omnimate.files.logs.frames import Frame, Frames, frames_of
+from omnimate.vehicle.se2 import Array
 from studies.listen.devices import Pdo, described, eds_files, pdos_of
 from studies.listen.foreign import foreign_messages
 from studies.listen.motion import drive
-from studies.listen.objects import Shaft
+from studies.listen.objects import Session, Shaft
 
 SECONDS = 60.0
 FOREIGN = 0.3  # share of buses on which others than CANopen devices send, too
@@ -22,13 +25,6 @@ ENCODERS = {
     "encoder_linear_cia406",
     "cia406_profile_kacanopen",
 }
-
-
-@dataclass
-class Session:
-    """When the drives of a robot were enabled; None before the log begins."""
-
-    enabled: float | None = None
 
 
 @dataclass
@@ -70,9 +66,10 @@ def make_bus(eds: str, seed: int, path: Path | None = None) -> Bus:
         if random.random() < 0.9:
             shafts[wheel].sign = -1 if mirrored and wheel.endswith("left") else 1
     ids = iter(random.permutation(np.arange(1, 100)).tolist())
-    nodes, pdos = {}, {}
+    nodes: dict[int, str] = {}
+    pdos: dict[int, Pdo] = {}
 
-    def add(name, carried):
+    def add(name: str, carried: Sequence[Shaft]) -> None:
         node = next(ids)
         nodes[node] = name
         for pdo in pdos_of(random, files[name], node, carried, session):
@@ -99,7 +96,7 @@ def make_bus(eds: str, seed: int, path: Path | None = None) -> Bus:
     return Bus(f"{eds}-{seed}", eds, frames, pdos, nodes, sync if has_sync else None, boots, trucks, beats)
 
 
-def _schedule(random, pdos, sync):
+def _schedule(random: Generator, pdos: dict[int, Pdo], sync: float) -> None:
     synchronous = random.random() < 0.8
     for pdo in pdos.values():
         if synchronous and random.random() < 0.8:
@@ -112,7 +109,10 @@ def _schedule(random, pdos, sync):
             pdo.every = 1
 
 
-def _frames(random, pdos, nodes, sync, boots):
+def _frames(
+    random: Generator, pdos: dict[int, Pdo], nodes: dict[int, str], sync: float | None, boots: bool
+) -> tuple[Frames, dict[int, float]]:
+    """Return the log, and the period of each node's heartbeat [s]."""
     rows: list[Frame] = []
     started = 1.8 if boots else 0.0
     syncs = np.arange(0.001, SECONDS, sync) if sync else np.empty(0)
@@ -123,7 +123,7 @@ def _frames(random, pdos, nodes, sync, boots):
     lost = 0.001 if random.random() < 0.2 else 0.0
     for rank, pdo in enumerate(sorted(pdos.values(), key=lambda pdo: pdo.cob_id)):
         times, sampled = _times(random, pdo, syncs, rank, started)
-        columns = [each.values(sampled) for each in pdo.fields]
+        columns = [each.values(sampled) for each in pdo.fields if each.values is not None]
         words = [
             sum(int(column[n]) << each.start for column, each in zip(columns, pdo.fields, strict=True))
             for n in range(len(times))
@@ -135,8 +135,8 @@ def _frames(random, pdos, nodes, sync, boots):
                 continue
             last = word
             if keep[n]:
-                order = "big" if pdo.is_big_endian else "little"
-                rows.append(Frame(time, pdo.cob_id, word.to_bytes(pdo.length, order)))
+                data = word.to_bytes(pdo.length, "big" if pdo.is_big_endian else "little")
+                rows.append(Frame(time, pdo.cob_id, data))
     beats = {}
     for node in nodes:
         period = float(random.choice([0.1, 0.5, 1.0]))
@@ -159,11 +159,11 @@ def _frames(random, pdos, nodes, sync, boots):
     return frames_of(Frame(1.7e9 + row.time, *row[1:]) for row in rows), beats
 
 
-def _times(random, pdo, syncs, rank, started):
+def _times(random: Generator, pdo: Pdo, syncs: Array, rank: int, started: float) -> tuple[Array, Array]:
     """Return when the PDO is sent and when its values are taken [s]."""
     if pdo.cause == "sync":
-        phase = int(random.integers(0, pdo.every))
-        at = syncs[phase :: int(pdo.every)]
+        every = int(pdo.every)
+        at = syncs[int(random.integers(0, every)) :: every]
         at = at[at >= started]
         return at + 0.0003 + 0.00013 * rank + np.abs(random.normal(0, 0.00004, len(at))), at
     step = pdo.every * random.normal(1, 0.002)
@@ -172,14 +172,14 @@ def _times(random, pdo, syncs, rank, started):
     return at, at
 
 
-def _configure(random, rows, node, pdos, begin):
+def _configure(random: Generator, rows: list[Frame], node: int, pdos: dict[int, Pdo], begin: float) -> None:
     """Write the mappings of a node's PDOs as CiA 301 (7.5.2.38) asks for, or read them."""
     time = begin + 0.05
     if random.random() < 0.25:  # this node is not configured
         return
     writes = random.random() < 0.7
 
-    def transfer(index, subindex, value, size):
+    def transfer(index: int, subindex: int, value: int, size: int) -> None:
         nonlocal time
         head = index.to_bytes(2, "little") + bytes([subindex])
         code = {1: 0x0F, 2: 0x0B, 4: 0x03}[size]
@@ -190,7 +190,8 @@ def _configure(random, rows, node, pdos, begin):
         rows.append(Frame(time + 0.0008, 0x580 + node, answers))
         time += 0.003
 
-    transfer(0x1000, 0, 0x00020192, 4) if not writes else None
+    if not writes:
+        transfer(0x1000, 0, 0x00020192, 4)
     for pdo in pdos.values():
         if pdo.node != node or (pdo.is_receive and random.random() < 0.5):
             continue

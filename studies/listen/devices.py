@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
 from canopen.objectdictionary import ODVariable
+from numpy.random import Generator
 
 from omnimate.driver.canopen.eds import load_eds
-from studies.listen.objects import TYPES, values_of
+from studies.listen.objects import TYPES, Raw, Session, Shaft, values_of
 
 ROOT = Path(__file__).resolve().parents[2]
 OURS = ROOT / "vcan_sim" / "eds"
 FOREIGN = ROOT.parent / "shared" / "data" / "eds"
 
 
-def eds_files(folders=(FOREIGN, OURS)):
+def eds_files(folders: Sequence[Path] = (FOREIGN, OURS)) -> dict[str, Path]:
     """Return all EDS and DCF files by name: those of the data and those of the simulated vehicle."""
     return {path.stem: path for folder in folders for path in sorted(folder.glob("*.[ed][dc][sf]"))}
 
@@ -32,7 +34,7 @@ class Entry:
     access: str
 
     @property
-    def bits(self):
+    def bits(self) -> int:
         return TYPES[self.type][0]
 
 
@@ -47,8 +49,8 @@ class FieldTruth:
     role: str  # what it is of
     sign: int  # direction of a position or speed
     scale: float  # counts per radian or metre, or per second
-    object: tuple  # index and sub-index
-    values: object = None  # function of times
+    object: tuple[int, int]  # index and sub-index
+    values: Raw | None = None  # None of a recorded log
     is_big_endian: bool = False  # whether its bits are those of the number of the bytes in the other order
 
 
@@ -60,25 +62,29 @@ class Pdo:
     node: int  # node whose parameters say so
     number: int  # number of the PDO, from 0
     is_receive: bool  # whether the node receives it
-    fields: list = field(default_factory=list)  # what it carries
+    fields: list[FieldTruth] = field(default_factory=list)  # what it carries
     cause: str = "sync"  # `sync`, `timer` or `change`
     every: float = 1  # number of SYNCs, or seconds
     bytes: int = 0  # length; 0 for as long as its fields
 
     @property
-    def length(self):
+    def length(self) -> int:
         return self.bytes or (sum(each.bits for each in self.fields) + 7) // 8
 
     @property
-    def is_big_endian(self):
+    def is_big_endian(self) -> bool:
         return bool(self.fields) and self.fields[0].is_big_endian
 
 
+Plan = tuple[bool, int, list[Entry]]  # of a PDO: whether the node receives it, its number, what it carries
+
+
 @cache
-def described(path):
+def described(path: Path) -> tuple[dict[tuple[int, int], Entry], list[Plan]]:
     """Return the mappable objects of an EDS file, and its default mappings by base index and number."""
     dictionary = load_eds(path, 1).dictionary
-    entries, every = {}, {}
+    entries: dict[tuple[int, int], Entry] = {}
+    every: dict[tuple[int, int], Entry] = {}
     for index, item in dictionary.items():
         variables = [item] if isinstance(item, ODVariable) else list(item.values())
         for variable in variables:
@@ -103,22 +109,22 @@ def described(path):
             for subindex in range(1, 9):
                 variable = mapping.get(subindex) if not isinstance(mapping, ODVariable) else None
                 value = None if variable is None else variable.value or variable.default
-                entry = (
-                    every.get((value >> 16, value >> 8 & 0xFF)) if isinstance(value, int) and value else None
-                )
-                if entry is None or entry.bits != value & 0xFF:
+                if not isinstance(value, int) or not value:
                     break
-                carried.append(entry)
+                mapped = every.get((value >> 16, value >> 8 & 0xFF))
+                if mapped is None or mapped.bits != value & 0xFF:
+                    break
+                carried.append(mapped)
             if carried:
                 defaults.append((receives, number, carried))
     return entries, defaults
 
 
-def pdos_of(random, path, node, shafts, session):
+def pdos_of(random: Generator, path: Path, node: int, shafts: Sequence[Shaft], session: Session) -> list[Pdo]:
     """Return the PDOs of a device, by its EDS defaults or others that its objects allow."""
     entries, defaults = described(path)
     own = random.random() < 0.5
-    plans = []
+    plans: list[Plan] = []
     for receives, number, carried in defaults:
         if number < 4 and own and random.random() < 0.85:
             plans.append((receives, number, carried))
@@ -154,12 +160,12 @@ def pdos_of(random, path, node, shafts, session):
     return pdos
 
 
-def _is_control(entry):
+def _is_control(entry: Entry) -> bool:
     """Return whether an object is the control word of CiA 402; in CiA 406, 6040h is an array."""
     return entry.index == 0x6040 and not entry.subindex
 
 
-def _shaft_of(entry, shafts):
+def _shaft_of(entry: Entry, shafts: Sequence[Shaft]) -> Shaft | None:
     if not shafts:
         return None
     if entry.index in {0x6020, 0x6030} and len(shafts) > 1:
@@ -167,7 +173,7 @@ def _shaft_of(entry, shafts):
     return shafts[0]
 
 
-def _some(random, entries, shafts):
+def _some(random: Generator, entries: Sequence[Entry], shafts: Sequence[Shaft]) -> list[Entry]:
     """Return objects at random that fit a PDO; what a robot is for comes more often."""
     wanted = {
         0x6064: 6,
@@ -181,11 +187,12 @@ def _some(random, entries, shafts):
         0x6078: 2,
     }
     weights = [wanted.get(entry.index, 0.5) for entry in entries]
-    room, carried = 8 * int(random.choice([8, 8, 8, 6, 4])), []
-    order = random.choice(
+    room = 8 * int(random.choice([8, 8, 8, 6, 4]))
+    carried: list[Entry] = []
+    drawn = random.choice(
         len(entries), size=len(entries), replace=False, p=[w / sum(weights) for w in weights]
     )
-    for number in order:
+    for number in drawn:
         entry = entries[int(number)]
         if entry.index == 0x6020 and entry.subindex > max(len(shafts), 1):
             continue

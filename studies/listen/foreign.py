@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.random import Generator
 
 from studies.listen.devices import FieldTruth, Pdo
-from studies.listen.objects import _counter, _flags, _slow, sampled
+from studies.listen.objects import Raw, _counter, _flags, _slow, sampled
 
 IDENTIFIERS = np.arange(0x101, 0x180)  # none of CANopen's services or PDOs
 
 
-def foreign_messages(random):
+def foreign_messages(random: Generator) -> list[Pdo]:
     """Return some messages with all that they carry."""
     messages = []
     for can_id in random.choice(IDENTIFIERS, int(random.integers(1, 4)), replace=False).tolist():
@@ -39,7 +40,7 @@ def foreign_messages(random):
     return messages
 
 
-def _field(random, kind, bit, bits, is_big):
+def _field(random: Generator, kind: str, bit: int, bits: int, is_big: bool) -> FieldTruth:
     signed = kind == "number" and bool(random.random() < 0.4)
     values = {
         "number": lambda: _number(random, bits, signed),
@@ -51,7 +52,7 @@ def _field(random, kind, bit, bits, is_big):
     return FieldTruth(bit, bits, signed, name, "", 1, 0.0, (0, 0), values, is_big_endian=is_big)
 
 
-def _number(random, bits, signed):
+def _number(random: Generator, bits: int, signed: bool) -> Raw:
     span = 2 ** (bits - 1) if signed else 2**bits
     middle = 0.0 if signed else span * random.uniform(0.2, 0.7)
     path = _slow(random, middle, span * random.uniform(0.02, 0.08))
@@ -61,5 +62,5 @@ def _number(random, bits, signed):
     return sampled(random, lambda times: path(times) + swing * np.sin(beat * times), noise, bits, limits)
 
 
-def _noise(random, bits):
+def _noise(random: Generator, bits: int) -> Raw:
     return lambda times: random.integers(0, 2**bits, len(times)).tolist()

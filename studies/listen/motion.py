@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.random import Generator
+
+from omnimate.vehicle.se2 import Array
 
 STEP = 0.005  # [s]
 
@@ -14,13 +18,13 @@ STEP = 0.005  # [s]
 class Motion:
     """Angles and lengths over time."""
 
-    time: np.ndarray  # times [s], shape `(N,)`
-    wheels: dict[str, np.ndarray]  # angle of each wheel over time by its channel, forward positive [rad]
-    joints: dict[str, np.ndarray] = field(default_factory=dict)  # angle of each joint over time [rad]
-    link: np.ndarray | None = None  # length of the link [m]; None for one truck
+    time: Array  # times [s], shape `(N,)`
+    wheels: dict[str, Array]  # angle of each wheel over time by its channel, forward positive [rad]
+    joints: dict[str, Array] = field(default_factory=dict)  # angle of each joint over time [rad]
+    link: Array | None = None  # length of the link [m]; None for one truck
 
 
-def drive(random: np.random.Generator, seconds: float, trucks: int) -> Motion:
+def drive(random: Generator, seconds: float, trucks: int) -> Motion:
     """Return a drive of straights, arcs, turns on the spot and stops."""
     time = np.arange(0.0, seconds, STEP)
     top = math.exp(random.uniform(math.log(0.15), math.log(2.0)))
@@ -36,7 +40,7 @@ def drive(random: np.random.Generator, seconds: float, trucks: int) -> Motion:
     return Motion(time, wheels, {"joint_a": follow[2], "joint_b": follow[3]}, follow[4])
 
 
-def commands(random, count, top, wheelbase, *, spot):
+def commands(random: Generator, count: int, top: float, wheelbase: float, *, spot: bool) -> Iterator[Array]:
     """Return speed [m/s] and rate of turn [rad/s], each limited in its change."""
     speed, turn = np.zeros(count), np.zeros(count)
     at = 0 if random.random() < 0.5 else int(random.uniform(0.5, 8.0) / STEP)
@@ -67,7 +71,9 @@ def commands(random, count, top, wheelbase, *, spot):
     return (np.convolve(each, window)[:count] for each in (speed, turn))
 
 
-def _wheels(speed, turn, truck, base, diameter, random):
+def _wheels(
+    speed: Array, turn: Array, truck: str, base: float, diameter: float, random: Generator
+) -> dict[str, Array]:
     radius = {side: diameter / 2 * random.normal(1.0, 0.003) for side in ("left", "right")}
     wobble = np.convolve(random.normal(0, 1, len(speed)), np.ones(40) / 40, "same")
     speed = speed * (1 + 0.01 * wobble)
@@ -78,7 +84,7 @@ def _wheels(speed, turn, truck, base, diameter, random):
     return {f"{truck}.{side}": np.cumsum(each) * STEP for side, each in rate.items()}
 
 
-def _follow(random, speed, turn):
+def _follow(random: Generator, speed: Array, turn: Array) -> Array:
     """Return speed and rate of turn of the truck behind, both joints, and the link's length."""
     count = len(speed)
     rest = random.uniform(0.5, 1.6)

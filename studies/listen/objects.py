@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from omnimate.vehicle.se2 import Array
+
+Curve = Callable[[Array], Array]  # of times [s], (N,)
+Raw = Callable[[Array], list[int]]  # of times [s], (N,): the raw numbers modulo 2^bits, (N,)
 
 TYPES = {  # CiA 301 data types: bits, signed, float
     1: (1, False, False), 2: (8, True, False), 3: (16, True, False), 4: (32, True, False),
@@ -22,10 +30,17 @@ STATUS, CONTROL = (0x0240, 0x0231, 0x0233, 0x0237), (0x0000, 0x0006, 0x0007, 0x0
 
 
 @dataclass
+class Session:
+    """When the drives of a robot were enabled; None before the log begins."""
+
+    enabled: float | None = None
+
+
+@dataclass
 class Values:
     """What an object shows at any time."""
 
-    at: object  # function of times (N,) that returns the raw numbers as Python integers modulo 2^bits, (N,)
+    at: Raw  # its raw numbers
     kind: str  # what it is: number, bits, status word, control word, float, time, counter, bytes
     role: str = ""  # position, speed, torque, ... with the wheel or joint it is of, or ""
     sign: int = 1  # +1 or -1: whether forward counts up, of a position or speed
@@ -35,7 +50,7 @@ class Values:
 class Shaft:
     """What a device measures: one wheel, joint or slider."""
 
-    def __init__(self, random, time, angle, channel):
+    def __init__(self, random: Generator, time: Array, angle: Array, channel: str) -> None:
         self.random, self.time, self.angle, self.channel = random, time, angle, channel
         self.rate = np.gradient(angle, time)
         self.sign = int(random.choice([-1, 1]))
@@ -45,20 +60,20 @@ class Shaft:
             self.scale = 2 ** round(math.log2(self.scale * unit)) / unit
         self.busy = float(np.max(np.abs(self.rate))) + 1e-9
 
-    def position(self, bits, wrap=None, noise=None):
+    def position(self, bits: int, wrap: int | None = None, noise: float | None = None) -> Raw:
         random = self.random
         start = int(random.choice([0, int(random.integers(-3000, 3000)), int(random.integers(0, 2**31))]))
         ripple = random.choice([0.0, 0.0, 0.4, 1.5]) if noise is None else noise
         size = wrap or 2**bits
 
-        def at(times):
-            counts = self.sign * self.scale * np.interp(times, self.time, self.angle)
-            counts = np.floor(counts + random.normal(0, ripple or 1e-9, len(times))).astype(np.int64) + start
+        def at(times: Array) -> list[int]:
+            exact = self.sign * self.scale * np.interp(times, self.time, self.angle)
+            counts = np.floor(exact + random.normal(0, ripple or 1e-9, len(times))).astype(np.int64) + start
             return [int(value) % size % 2**bits for value in counts]
 
         return at
 
-    def speed(self, bits, signed):
+    def speed(self, bits: int, signed: bool) -> tuple[Raw, float]:
         random = self.random
         span = 2 ** (bits - 1) - 1 if signed else 2**bits - 1
         unit = random.choice([self.scale, 60 / (2 * math.pi), 600 / (2 * math.pi), 1000.0, 30.0])
@@ -76,7 +91,15 @@ class Shaft:
         return at, unit
 
 
-def sampled(random, path, noise, bits, limits=None, *, is_size=False):
+def sampled(
+    random: Generator,
+    path: Curve,
+    noise: float,
+    bits: int,
+    limits: tuple[float, float] | None = None,
+    *,
+    is_size: bool = False,
+) -> Raw:
     """Return a function of times: raw numbers modulo 2^bits of a path with noise, rounded.
 
     Args:
@@ -88,7 +111,7 @@ def sampled(random, path, noise, bits, limits=None, *, is_size=False):
         is_size: Whether a device shows the size alone, without a sign.
     """
 
-    def at(times):
+    def at(times: Array) -> list[int]:
         value = np.rint(path(times) + random.normal(0, noise, len(times)))
         value = np.abs(value) if is_size else value
         return _pack(value if limits is None else np.clip(value, *limits), bits)
@@ -96,7 +119,16 @@ def sampled(random, path, noise, bits, limits=None, *, is_size=False):
     return at
 
 
-def values_of(random, index, subindex, name, kind, shaft, session, access="ro"):
+def values_of(
+    random: Generator,
+    index: int,
+    subindex: int,
+    name: str,
+    kind: int,
+    shaft: Shaft | None,
+    session: Session,
+    access: str = "ro",
+) -> Values:
     """Return the values of an object of a device that measures a shaft, or nothing (None)."""
     bits, signed, is_float = TYPES[kind]
     words = name.lower()
@@ -157,11 +189,11 @@ def values_of(random, index, subindex, name, kind, shaft, session, access="ro"):
     return Values(_held(random, bits), "bytes")
 
 
-def _pack(values, bits):
+def _pack(values: Array | NDArray[np.int64], bits: int) -> list[int]:
     return [int(value) % 2**bits for value in values]
 
 
-def _torque(random, shaft, bits, signed):
+def _torque(random: Generator, shaft: Shaft, bits: int, signed: bool) -> Raw:
     size = random.choice([200.0, 600.0, 1500.0] if bits > 8 else [40.0])
     load = np.gradient(shaft.rate, shaft.time)
     load = load / (np.max(np.abs(load)) + 1e-9) * 0.7 + 0.3 * np.tanh(shaft.rate / shaft.busy * 5)
@@ -171,7 +203,7 @@ def _torque(random, shaft, bits, signed):
     )
 
 
-def _acceleration(random, shaft, bits):
+def _acceleration(random: Generator, shaft: Shaft, bits: int) -> Raw:
     rate = np.gradient(shaft.rate, shaft.time)
     unit = 0.8 * 2 ** (bits - 1) / (np.max(np.abs(rate)) + 1e-9) * random.choice([0.01, 0.1, 1.0])
     noise, span = random.uniform(0.5, 3.0), 2 ** (bits - 1)
@@ -184,7 +216,7 @@ def _acceleration(random, shaft, bits):
     )
 
 
-def _following(random, shaft, bits, signed):
+def _following(random: Generator, shaft: Shaft, bits: int, signed: bool) -> Raw:
     lag = random.uniform(0.002, 0.02) * shaft.scale
     lag = min(lag, 0.6 * 2 ** (bits - 1) / shaft.busy)
     noise = random.uniform(0.5, 3.0)
@@ -193,15 +225,15 @@ def _following(random, shaft, bits, signed):
     )
 
 
-def _hall(shaft):
-    def at(times):
+def _hall(shaft: Shaft) -> Raw:
+    def at(times: Array) -> list[int]:
         phase = np.floor(np.interp(times, shaft.time, shaft.angle) * 4 * 6 / (2 * np.pi)).astype(int) % 6
         return [(1, 3, 2, 6, 4, 5)[each] for each in phase]
 
     return at
 
 
-def _status(random, session):
+def _status(random: Generator, session: Session) -> Raw:
     extra = int(random.choice([0x0000, 0x0400, 0x1000, 0x1400, 0x0080, 0x4000]))
     toggles = random.random() < 0.5
     flips = np.sort(random.uniform(0, 60, random.integers(4, 30)))
@@ -209,24 +241,27 @@ def _status(random, session):
     return lambda times: _state_words(times, session, words, 3, 0x0400 if toggles else 0, flips)
 
 
-def _control(random, session):
+def _control(random: Generator, session: Session) -> Raw:
     halt = random.random() < 0.3
     flips = np.sort(random.uniform(0, 60, random.integers(2, 12)))
     return lambda times: _state_words(times, session, CONTROL, 3.3, 0x0100 if halt else 0, flips)
 
 
-def _state_words(times, session, words, enabled_step, toggled, flips):
+def _state_words(
+    times: Array, session: Session, words: Sequence[int], enabled_step: float, toggled: int, flips: Array
+) -> list[int]:
     """Return words of CiA 402, 0.15 s for each state, of which the last has bits toggled at the flips."""
     since = np.inf if session.enabled is None else (np.asarray(times) - session.enabled) / 0.15
     step = np.broadcast_to(np.clip(since + enabled_step, 0, 3).astype(int), len(times))
     flipped = (step == 3) & (np.searchsorted(flips, times) % 2 == 1)
-    return (np.array(words)[step] ^ np.where(flipped, toggled, 0)).tolist()
+    shown: list[int] = (np.array(words)[step] ^ np.where(flipped, toggled, 0)).tolist()
+    return shown
 
 
-def _mode(random, session, bits):
+def _mode(random: Generator, session: Session, bits: int) -> Raw:
     mode = int(random.choice([1, 3, 9, 8, 7, 6])) % 2**bits
 
-    def at(times):
+    def at(times: Array) -> list[int]:
         if session.enabled is None:
             return [mode] * len(times)
         return [mode if time > session.enabled - 0.3 else 0 for time in times]
@@ -234,12 +269,12 @@ def _mode(random, session, bits):
     return at
 
 
-def _flags(random, bits):
+def _flags(random: Generator, bits: int) -> Raw:
     lines = random.choice(bits, size=min(bits, int(random.integers(1, 5))), replace=False)
     flips = {int(line): np.sort(random.uniform(0, 60, random.integers(1, 40))) for line in lines}
     base = int(random.choice([0, int(random.integers(0, 2 ** min(bits, 16)))]))
 
-    def at(times):
+    def at(times: Array) -> list[int]:
         words = np.full(len(times), base, np.int64)
         for line, moments in flips.items():
             words ^= (np.searchsorted(moments, times) % 2).astype(np.int64) << line
@@ -248,30 +283,30 @@ def _flags(random, bits):
     return at
 
 
-def _status_flags(random, bits):
+def _status_flags(random: Generator, bits: int) -> Raw:
     if random.random() < 0.6:
         return _held(random, bits)
     return _flags(random, bits)
 
 
-def _held(random, bits):
+def _held(random: Generator, bits: int) -> Raw:
     chosen = [int(random.integers(0, 2 ** min(bits, most))) for most in (15, 62)]
     value = int(random.choice([0, 0, 1, *chosen]))
     return lambda times: [value % 2**bits] * len(times)
 
 
-def _counter(random, bits, most=200):
+def _counter(random: Generator, bits: int, most: int = 200) -> Raw:
     start = int(random.integers(0, most))
     return lambda times: [(start + n) % 2**bits for n in range(len(times))]
 
 
-def _stamp(random, bits):
+def _stamp(random: Generator, bits: int) -> Raw:
     start = int(random.integers(0, 2**31))
     unit = random.choice([1e6, 1e6, 1e3, 1e5])
     return lambda times: [(start + int(time * unit)) % 2**bits for time in times]
 
 
-def _line(random, bits):
+def _line(random: Generator, bits: int) -> Raw:
     grid = np.arange(0, 70, 0.05)
     path = np.cumsum(random.normal(0, 1, len(grid))) * 1.5
     path = 60 * np.tanh((path - np.convolve(path, np.ones(100) / 100, "same")) / 30)
@@ -279,13 +314,13 @@ def _line(random, bits):
     return sampled(random, lambda times: np.interp(times, grid, path), noise or 1e-9, bits)
 
 
-def _slow(random, base, wander):
+def _slow(random: Generator, base: float, wander: float) -> Curve:
     grid = np.arange(0, 70, 0.5)
     path = base + wander * np.cumsum(random.normal(0, 0.2, len(grid)))
     return lambda times: np.interp(times, grid, path)
 
 
-def _analog(random, bits, signed):
+def _analog(random: Generator, bits: int, signed: bool) -> Raw:
     span = 2 ** (bits - 1) if signed else 2**bits
     base = random.choice([25, 60, 240, 480, 1200, 3000, 20000])
     base = min(base, span * 0.4)
@@ -295,13 +330,13 @@ def _analog(random, bits, signed):
     return sampled(random, path, noise, bits, (-span if signed else 0, span - 1))
 
 
-def _float(random):
+def _float(random: Generator) -> Raw:
     base = random.choice([24.5, 41.0, 0.3, -3.0, 0.0, 1200.0])
     path = _slow(random, base, 0.02 * abs(base) + 0.05)
     noise = random.choice([1e-3, 0.01, 0.1]) * (abs(base) + 0.1)
     grain = random.choice([0.0, 0.0, 0.0625, 0.1])
 
-    def at(times):
+    def at(times: Array) -> list[int]:
         value = path(times) + random.normal(0, noise, len(times))
         if grain:
             value = np.rint(value / grain) * grain

@@ -6,8 +6,11 @@ big-endian. Trailing bytes that its log lost do not matter to them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
+from omnimate.files.logs.frames import Frames
 from omnimate.files.logs.reading import read_log
 from omnimate.vehicle.file import load_vehicle
 from studies.listen.devices import ROOT, FieldTruth, Pdo
@@ -27,12 +30,12 @@ class Recorded:
     """A log and what is known of it."""
 
     name: str
-    frames: object
+    frames: Frames
     pdos: dict[int, Pdo]
     boots: bool = False
 
 
-def robots():
+def robots() -> Iterator[Recorded]:
     """Yield the first minute of each robot's log."""
     for path in sorted(DATA.glob("concealed*/*/1")):
         vehicle = load_vehicle(path / "vehicle.toml")
@@ -49,7 +52,7 @@ def robots():
         yield Recorded(path.parent.name, _minute(path / "can.log"), pdos)
 
 
-def car():
+def car() -> Recorded:
     """Return the car's log, of the 10 signals that its public description names for motion."""
     pdos: dict[int, Pdo] = {}
     for can_id, start, bits, signed in CAR:
@@ -62,6 +65,6 @@ def car():
     return Recorded("RAV4", _minute(path), pdos)
 
 
-def _minute(path):
+def _minute(path: Path) -> Frames:
     frames = read_log(path).frames
     return frames.select(frames.time < frames.time[0] + MINUTE)

@@ -5,11 +5,19 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
-from omnimate.listen.signals import SURE_PROBABILITY
+from omnimate.listen.learning import Findings
+from omnimate.listen.signals import SURE_PROBABILITY, LearnedSignal
+from studies.listen.buses import Bus
+from studies.listen.devices import FieldTruth
+from studies.listen.recorded import Recorded
+
+Words = NDArray[np.uint64]
 
 SAME_KIND = {
     "bytes": {"number", "bits", "float", "cannot tell", "time", "counter"},
@@ -25,7 +33,7 @@ class Score:
     """Counts of signals."""
 
     HEAD = " signals   right  not sure  sure, wrong  bounds    kind  no sign  bounds by READ"
-    counts: Counter = field(default_factory=Counter)  # by what was said of them
+    counts: Counter[str] = field(default_factory=Counter)  # by what was said of them
 
     def add(self, other: Score) -> None:
         """Add the counts of another score."""
@@ -58,7 +66,7 @@ class Score:
         )
 
 
-def score_bus(bus, findings, *, foreign: bool = False) -> Score:
+def score_bus(bus: Bus | Recorded, findings: Findings, *, foreign: bool = False) -> Score:
     """Return how many signals of a bus are right, of nodes or of others."""
     score = Score()
     learned = {each.message.can_id: each for each in findings.messages}
@@ -81,7 +89,7 @@ def score_bus(bus, findings, *, foreign: bool = False) -> Score:
     return score
 
 
-def read_boundaries(words, length):
+def read_boundaries(words: Words, length: int) -> set[tuple[int, int]]:
     """Return the fields that READ finds in little-endian data, as first bits and widths."""
     flips = words[1:] ^ words[:-1]
     rates = [float(np.mean(flips >> np.uint64(bit) & np.uint64(1))) for bit in range(8 * length)]
@@ -90,7 +98,7 @@ def read_boundaries(words, length):
     return {(start, end - start) for start, end in itertools.pairwise(starts)}
 
 
-def judged(truth, column, signals):
+def judged(truth: FieldTruth, column: Words, signals: Sequence[LearnedSignal]) -> Iterator[str]:
     """Return what was said of a signal, as the counts that it adds to."""
     yield "signals"
     signals = [s for s in signals if s.is_big_endian == truth.is_big_endian or s.bits <= 8]
@@ -130,16 +138,16 @@ def judged(truth, column, signals):
         yield "right"
 
 
-def reads_the_same(signal, column):
+def reads_the_same(signal: LearnedSignal, column: Words) -> bool:
     """Return whether a signal has the values of a column of frames."""
     return len(signal.raw) == len(column) and bool(np.all(signal.raw == column))
 
 
-def score_meanings(bus, findings):
+def score_meanings(bus: Bus | Recorded, findings: Findings) -> Iterator[str]:
     """Yield what was said of the wheels, trucks, joints and speeds of a robot."""
     truth = {(pdo.cob_id, each.start): each for pdo in bus.pdos.values() for each in pdo.fields}
 
-    def of(signal):
+    def of(signal: LearnedSignal) -> FieldTruth | None:
         return truth.get((signal.can_id, signal.start))
 
     wheels = findings.kinematics.wheels
@@ -149,12 +157,12 @@ def score_meanings(bus, findings):
         field_ = of(wheel.shaft.position.signal)
         role = field_.role if field_ is not None else "nothing"
         names.append(role)
-        is_wheel = role in measured
-        yield "wheels: right" if is_wheel else "wheels: wrong"
-        if is_wheel and wheel.forward:
-            yield "wheels: direction right" if wheel.forward == field_.sign else "wheels: direction wrong"
-        elif is_wheel:
-            yield "wheels: direction not told"
+        if field_ is None or role not in measured:
+            yield "wheels: wrong"
+        else:
+            yield "wheels: right"
+            direction = "right" if wheel.forward == field_.sign else "wrong"
+            yield f"wheels: direction {direction if wheel.forward else 'not told'}"
     for role in measured - set(names):
         yield "wheels: not told" + (" (robot with no wheel told)" if not wheels else "")
         del role
@@ -183,7 +191,7 @@ def score_meanings(bus, findings):
     first = of(wheels[0].shaft.position.signal) if wheels else None
     for wheel, name in zip(wheels, names, strict=True):
         field_ = of(wheel.shaft.position.signal)
-        if first is not None and name in measured and wheel is not wheels[0] and names[0] in measured:
+        if first and field_ and name in measured and wheel is not wheels[0] and names[0] in measured:
             exact = field_.sign * field_.scale / first.sign / first.scale
             off = abs(wheel.ratio / exact - 1)
             word = "told" if wheel.has_exact_ratio else "about"
@@ -202,7 +210,7 @@ def score_meanings(bus, findings):
     yield from _score_sending(bus, findings)
 
 
-def _score_speeds(findings, of):
+def _score_speeds(findings: Findings, of: Callable[[LearnedSignal], FieldTruth | None]) -> Iterator[str]:
     for shaft in findings.shafts:
         field_ = of(shaft.position.signal)
         for signal, factor, _ in shaft.rates:
@@ -223,7 +231,7 @@ def _score_speeds(findings, of):
                 yield "speeds: wrong"
 
 
-def _score_sending(bus, findings):
+def _score_sending(bus: Bus | Recorded, findings: Findings) -> Iterator[str]:
     for each in findings.messages:
         pdo = bus.pdos.get(each.message.can_id)
         if pdo is not None and pdo.cause != "unknown" and each.sending.cause != "cannot tell":
