@@ -71,14 +71,6 @@ def test_an_address_that_is_none_is_refused(omnimate, address):
     assert "expected host:port" in said(omnimate("sim", "--listen", address))
 
 
-@pytest.mark.parametrize(
-    "bump", ["wheel=a.rihgt,after=1", "height=tall", "colour=red", "after", "shape=round"]
-)
-def test_a_bump_that_is_none_is_refused(omnimate, tmp_path, bump):
-    assert bump in said(omnimate("simulate", tmp_path / "out", "--bump", bump))
-    assert not (tmp_path / "out").exists()
-
-
 @pytest.mark.parametrize("verb", [("dump",), ("scan",), ("record", "out"), ("monitor", "--seconds", "1")])
 def test_udp_multicast_without_msgpack_names_its_extra(omnimate, monkeypatch, tmp_path, verb):
     monkeypatch.chdir(tmp_path)

@@ -36,14 +36,11 @@ def test_a_draft_is_never_overwritten(omnimate, log, tmp_path):
     assert (tmp_path / "vehicle.toml").read_text() == "mine"
 
 
-def test_a_log_is_an_argument_and_the_option_of_older_scripts_still_works(omnimate, log):
-    assert omnimate("listen", "--log", log, "--json") == omnimate("listen", log, "--json")
-    assert "--log" not in omnimate("listen", "--help").out
-
-
-def test_json_is_all_that_is_printed(omnimate, log):
+def test_json_is_all_that_is_printed_and_the_option_of_older_scripts_still_works(omnimate, log):
     result = omnimate("listen", log, "--json")
     assert {message["can_id"] for message in json.loads(result.out)["messages"]} == {0x185, 0x186, 0x286}
+    assert omnimate("listen", "--log", log, "--json") == result
+    assert "--log" not in omnimate("listen", "--help").out
 
 
 def test_a_live_bus_is_heard_and_nothing_is_sent(omnimate, monkeypatch):

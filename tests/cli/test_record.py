@@ -1,9 +1,12 @@
 """`omnimate record` with a flight recorder, on a simulated robot; `replay` of what it wrote."""
 
 import json
+import shutil
 
 import pytest
+from typer.testing import CliRunner
 
+from omnimate.cli.main import app
 from omnimate.driver.bus.clock import SyncClock
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vcan_sim.coupled_bus import CoupledBus
@@ -13,18 +16,19 @@ from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.truth import Truth
 
 
-@pytest.fixture
-def flight(omnimate, tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory):
     """Return the folder of a flight recorder, of a robot of which an encoder restarts and a drive reports."""
-    vehicle = reference_vehicle()
+    vehicle, place = reference_vehicle(), tmp_path_factory.mktemp("record")
     faults = [parse_fault(text) for text in ("reboot:node=3,at=1", "emcy:node=12,at=4")]
     bus = CoupledBus(vehicle, Plant(Truth(vehicle), vehicle), faults)
-    monkeypatch.setattr("omnimate.driver.robot.driver.open_bus", lambda *_args: bus)
-    monkeypatch.setattr("omnimate.driver.robot.driver.WallClock", lambda period: SyncClock(period, 1.7e9))
-    arguments = ("--bus", "socketcan://can0", "--seconds", 8, "--flight-recorder", tmp_path / "flights")
-    result = omnimate("record", tmp_path / "drive", *arguments)
-    assert result.code == 0, result.err
-    (folder,) = (tmp_path / "flights").iterdir()
+    call = ["record", f"{place}/drive", "--bus", "socketcan://can0", "--seconds", "8"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("omnimate.driver.robot.driver.open_bus", lambda *_args: bus)
+        patch.setattr("omnimate.driver.robot.driver.WallClock", lambda period: SyncClock(period, 1.7e9))
+        result = CliRunner().invoke(app, [*call, "--flight-recorder", f"{place}/flights"])
+    assert result.exit_code == 0, result.output
+    (folder,) = (place / "flights").iterdir()
     return folder
 
 
@@ -56,7 +60,8 @@ def test_replay_prints_frames_states_and_events_in_order_from_the_fault(flight, 
     assert 0.08 < around[-1] <= 0.1
 
 
-def test_replay_prints_frames_and_commands_as_far_from_the_fault_as_asked(flight, omnimate):
+def test_replay_prints_frames_and_commands_as_far_from_the_fault_as_asked(flight, omnimate, tmp_path):
+    flight = shutil.copytree(flight, tmp_path / "flight")
     start = json.loads((flight / "events.jsonl").read_text().splitlines()[0])["time"]
     command = {"time": start + 1.0, "node": None, "what": "commanded a.left 1.0", "kind": "command"}
     with (flight / "events.jsonl").open("a") as file:

@@ -153,14 +153,6 @@ def test_exports_print_nothing_else(call, table, nominal, kind, words):
         json.loads(result.out)
 
 
-def test_a_missing_direction_and_a_number_that_is_none_are_refused(call, table, nominal):
-    lines = TABLE.splitlines()
-    for rows, words in ((lines[:3], "drive the square in both"), ([*lines, "cw,nan,1,0"], "check the unit")):
-        table.write_text("\n".join(rows), encoding="utf-8")
-        result = call(table, "--side", 4, "--vehicle", nominal)
-        assert words in result.err
-
-
 def test_recordings_of_two_robots_are_refused(call, recording, tmp_path):
     """The same truck with other parameters is another robot, or the same one after a first pass."""
     other = tmp_path / "other"

@@ -12,26 +12,19 @@ from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.odometry import dead_reckon
 
 
-@pytest.fixture
-def drive(omnimate, tmp_path):
-    """A simulated drive as a recording folder."""
-    omnimate("simulate", tmp_path / "drive", "--side", "0.5", "--runs", "1", "--start", "1763670000")
-    return tmp_path / "drive"
-
-
-def test_a_recording_is_watched_to_its_end(omnimate, drive):
-    result = omnimate("monitor", drive, "--pace", "100000")
+def test_a_recording_is_watched_to_its_end(omnimate, small_drive):
+    result = omnimate("monitor", small_drive, "--pace", "100000")
     assert result.code == 0, result.err
     assert "the log has ended" in result.out
     assert "a.left = " in result.out
     assert "a: x " in result.out
-    frames = (drive / "can.log").read_bytes().count(b"\n")
+    frames = (small_drive / "can.log").read_bytes().count(b"\n")
     assert f"{frames} frames" in result.out
 
 
-def test_the_odometry_of_a_replayed_log_is_that_of_its_recording(omnimate, drive):
-    printed = omnimate("monitor", drive, "--pace", "1000").out
-    recording = load_recording(drive)
+def test_the_odometry_of_a_replayed_log_is_that_of_its_recording(omnimate, small_drive):
+    printed = omnimate("monitor", small_drive, "--pace", "1000").out
+    recording = load_recording(small_drive)
     for truck in ("a", "b"):
         x, y, theta = dead_reckon(recording, truck)[-1].tolist()
         degrees = math.degrees(math.remainder(theta, 2.0 * math.pi))
@@ -39,7 +32,7 @@ def test_the_odometry_of_a_replayed_log_is_that_of_its_recording(omnimate, drive
 
 
 def test_a_log_is_read_at_once_into_a_pipe_and_as_recorded_on_a_screen_or_for_a_time(
-    omnimate, drive, monkeypatch, tmp_path
+    omnimate, small_drive, monkeypatch, tmp_path
 ):
     paces = []
 
@@ -49,16 +42,16 @@ def test_a_log_is_read_at_once_into_a_pipe_and_as_recorded_on_a_screen_or_for_a_
             super().__init__(frames, AT_ONCE)
 
     monkeypatch.setattr("omnimate.driver.bus.replay.LogBus", Replayed)
-    whole = omnimate("monitor", drive)
+    whole = omnimate("monitor", small_drive)
     assert "the log has ended" in whole.out
-    omnimate("monitor", drive, "--seconds", "0.1")
-    omnimate("monitor", drive, "--seconds", "0.1", "--screenshot", tmp_path / "m.svg")
-    omnimate("monitor", drive, "--pace", "7000")
+    omnimate("monitor", small_drive, "--seconds", "0.1")
+    omnimate("monitor", small_drive, "--seconds", "0.1", "--screenshot", tmp_path / "m.svg")
+    omnimate("monitor", small_drive, "--pace", "7000")
     assert paces == [AT_ONCE, 1.0, 1.0, 7000.0]
 
 
-def test_rows_may_be_filtered(omnimate, drive):
-    result = omnimate("monitor", drive / "can.log", "--pace", "100000", "--filter", "181")
+def test_rows_may_be_filtered(omnimate, small_drive):
+    result = omnimate("monitor", small_drive / "can.log", "--pace", "100000", "--filter", "181")
     rows = [line.split()[0] for line in result.out.splitlines() if line[:8].strip()]
     assert "181" in rows
     assert "182" not in rows
@@ -85,19 +78,19 @@ def test_a_file_that_is_no_log_is_told(omnimate, tmp_path):
     assert "no CAN frame" in result.err
 
 
-def test_a_picture_of_the_screen_is_drawn(omnimate, drive, tmp_path, monkeypatch):
+def test_a_picture_of_the_screen_is_drawn(omnimate, small_drive, tmp_path, monkeypatch):
     monkeypatch.setenv("NO_COLOR", "")
     result = omnimate(
-        "monitor", drive, "--pace", "1000", "--seconds", "0.1", "--screenshot", tmp_path / "m.svg"
+        "monitor", small_drive, "--pace", "1000", "--seconds", "0.1", "--screenshot", tmp_path / "m.svg"
     )
     assert result.code == 0, result.err
     assert (tmp_path / "m.svg").read_text().startswith("<svg")
-    assert omnimate("monitor", drive, "--screenshot", tmp_path / "m.svg").code == 1
+    assert omnimate("monitor", small_drive, "--screenshot", tmp_path / "m.svg").code == 1
 
 
-def test_without_textual_the_extra_is_named(omnimate, drive, monkeypatch):
+def test_without_textual_the_extra_is_named(omnimate, small_drive, monkeypatch):
     monkeypatch.setattr(type(out), "is_terminal", True)
     monkeypatch.setitem(sys.modules, "omnimate.cli.monitor.app", None)
-    result = omnimate("monitor", drive)
+    result = omnimate("monitor", small_drive)
     assert result.code == 1
     assert "pip install 'omnimate[monitor]'" in result.err
