@@ -22,16 +22,6 @@ def folder(path: Path, metadata: str = METADATA, rows: str = "0,0,0,0,0,0\n0.05,
     return path
 
 
-def test_the_published_row(shared_data: Path) -> None:
-    """From x alone: wheelbase 0.20146, right 0.083954, left 0.084046, worst return error 33.3 -> 7.1 mm."""
-    calibration = calibrate(experiment_of_optiodom(shared_data / FIRST), "printed-x")
-    assert round(calibration.truck.wheelbase, 5) == 0.20146
-    assert round(calibration.truck.wheel_diameter_right, 6) == 0.083954
-    assert round(calibration.truck.wheel_diameter_left, 6) == 0.084046
-    assert round(1e3 * calibration.experiment.errors.worst, 1) == 33.3
-    assert round(1e3 * calibration.errors.worst, 1) == 7.1
-
-
 def test_every_square_set(shared_data: Path) -> None:
     """All four sets read, half cw and half ccw in the order that their page states, and all become better."""
     for path in sorted((shared_data / "real/optiodom/diff/square").iterdir()):
