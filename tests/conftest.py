@@ -74,7 +74,7 @@ def shared_data() -> Path:
     return SHARED_DATA
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def robot_toml() -> str:
     """The text of a whole two-truck robot's `vehicle.toml`."""
     head = """

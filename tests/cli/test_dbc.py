@@ -28,9 +28,10 @@ TABLE = (
 )
 
 
-def robot(robot_toml):
-    """A robot whose PDOs have every kind of field, and two drives."""
-    head = robot_toml[: robot_toml.index("[[encoder]]")]
+@pytest.fixture(scope="module")
+def vehicle(robot_toml):
+    """A robot with a quote in its name, whose PDOs have every kind of field, and two drives."""
+    head = robot_toml[: robot_toml.index("[[encoder]]")].replace("omnimate-7", 'rob\\"ot')
     encoders = [
         f'[[encoder]]\nchannel = "{channel}"\nnode = {node}\ncob_id = {cob_id}\nstart_bit = {start}\n'
         f"bits = {bits}\nsigned = true\nsign = {sign}\n{scale}\n"
@@ -38,18 +39,6 @@ def robot(robot_toml):
     ]
     drives = (Drive("a.left", 11, 0x20B, 1, 40000.0), Drive("b.right", 14, 0x20E, -1, 20000.0, start_bit=16))
     return replace(parse_vehicle(head + "\n".join(encoders)), drives=drives)
-
-
-@pytest.fixture(scope="module")
-def vehicle():
-    """The robot; its head is written here because the text fixture lives for one test only."""
-    head = (
-        'name = "rob\\"ot"\n'
-        "[truck.a]\nwheelbase = 0.34\nwheel_diameter_left = 0.15\nwheel_diameter_right = 0.151\n"
-        "[truck.b]\nwheelbase = 0.341\nwheel_diameter_left = 0.15\nwheel_diameter_right = 0.15\n"
-        "[linkage]\nlength = 0.921\n[bus]\nbitrate = 500000\nsync_period = 0.015\n[[encoder]]"
-    )
-    return robot(head)
 
 
 counts = st.integers(-(2**14), 2**14)
