@@ -198,7 +198,7 @@ def mcap_seeds() -> list[bytes]:
     channel = writer.register_channel("/left", "cdr", schema)
     for number in range(FRAMES):
         writer.add_message(channel, number, bytes([0, 1, 0, 0, number, 0, 0, 0]), number)
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]  # the library's
     return [file.getvalue()]
 
 

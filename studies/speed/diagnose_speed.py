@@ -15,7 +15,8 @@ from multiprocessing import get_context
 
 from rich.progress import track
 
-from omnimate.effects import effect_named
+from omnimate.effects.joint_bias import JointBias
+from omnimate.effects.wheel_diameter import WheelDiameter
 from omnimate.mismatch import diagnose
 from omnimate.motion.paths import figure_eight
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -24,7 +25,7 @@ from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.recording import Recording
 from studies.benchmark import cost, duration, options
 
-WORN = effect_named("wheel_diameter")("a.left", ratio=1.004), effect_named("joint_bias")("joint_a", bias=0.01)
+WORN = WheelDiameter("a.left", ratio=1.004), JointBias("joint_a", bias=0.01)
 
 
 @dataclass(frozen=True)

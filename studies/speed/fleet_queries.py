@@ -44,7 +44,7 @@ def make_store(folder: Path, robots: int, days: int) -> list[str]:
     """Write the results, and return the robots' names."""
     chance, every = np.random.default_rng(1), dates(days)
     names = [f"tug-{number:04d}" for number in range(robots)]
-    summary = encode_columns("nights", {"recordings": np.array([robots], np.int32), "roughness": [6e-4]})
+    summary = encode_columns("nights", {"recordings": [robots], "roughness": [6e-4]})
     for day in every[:-1]:
         write(folder / f"nights/day={day}/night.parquet", summary)
     sigma = [1e-4] * (days * len(PARAMETERS))
@@ -53,7 +53,7 @@ def make_store(folder: Path, robots: int, days: int) -> list[str]:
             "day": np.repeat(every, len(PARAMETERS)).tolist(),
             "name": list(PARAMETERS) * days,
             "unit": ["1"] * (days * len(PARAMETERS)),
-            "value": chance.normal(0.0, 1e-4, days * len(PARAMETERS)),
+            "value": chance.normal(0.0, 1e-4, days * len(PARAMETERS)).tolist(),
             "sigma": sigma,
         }
         write(folder / f"histories/robot={name}/history.parquet", encode_columns("histories", columns))
@@ -63,7 +63,7 @@ def make_store(folder: Path, robots: int, days: int) -> list[str]:
             "recording": ["060000"] * len(PARAMETERS),
             "name": list(PARAMETERS),
             "unit": ["1"] * len(PARAMETERS),
-            "value": chance.normal(0.0, 1e-4, len(PARAMETERS)),
+            "value": chance.normal(0.0, 1e-4, len(PARAMETERS)).tolist(),
             "sigma": [1e-4] * len(PARAMETERS),
         }
         path = folder / f"numbers/robot={names[0]}/day={day}/060000-0.parquet"

@@ -17,6 +17,7 @@ import secrets
 import tempfile
 import threading
 import time
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -36,6 +37,7 @@ from studies.speed.service_process import PATIENCE, Service
 
 SESSIONS, VEHICLES, DIAGNOSES = "/v1/umbmark/sessions", "/v1/vehicles", "/v1/diagnoses"
 RUN = {"after": {"x": 0.1, "y": 0.02}, "calculated": {"x": 0.0, "y": 0.0}}
+ZIP = {"Content-Type": "application/zip"}
 CLIENTS = 4
 SETTLED = {"collecting", "interrupted", "aborted", "failed", "solved", "accepted", "done", "cancelled"}
 
@@ -62,14 +64,24 @@ class Client:
         self.services, self.acknowledged, self.chance = services, acknowledged, random.Random(seed)
         self.http = httpx2.Client(timeout=30.0)
 
-    def send(self, method: str, path: str, *expected: int, **request: object) -> httpx2.Response:
+    def send(
+        self,
+        method: str,
+        path: str,
+        *expected: int,
+        json: Mapping[str, object] | None = None,
+        content: str | bytes | None = None,
+        headers: Mapping[str, str] | None = None,
+    ) -> httpx2.Response:
         """Return the first answer other than 503; an unexpected one is a problem."""
-        headers = {"Idempotency-Key": secrets.token_hex(8)} | request.pop("headers", {})
+        headers = {"Idempotency-Key": secrets.token_hex(8), **(headers or {})}
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             url = self.chance.choice(self.services).url
             try:
-                answer = self.http.request(method, f"{url}{path}", headers=headers, **request)
+                answer = self.http.request(
+                    method, f"{url}{path}", json=json, content=content, headers=headers
+                )
             except httpx2.TransportError:
                 time.sleep(0.02)
                 continue
@@ -107,8 +119,8 @@ class Client:
         revision = self.send("POST", f"{path}/solve").headers["ETag"]
 
         def accept(_: int) -> httpx2.Response:
-            request = {"json": {"force": True}, "headers": {"If-Match": revision}}
-            return self.send("POST", f"{path}/accept", 200, 409, 412, **request)
+            headers = {"If-Match": revision}
+            return self.send("POST", f"{path}/accept", 200, 409, 412, json={"force": True}, headers=headers)
 
         with ThreadPoolExecutor(2) as pool:
             answers = list(pool.map(accept, range(2)))
@@ -119,13 +131,14 @@ class Client:
     def increment(self) -> None:
         """Increment the number in the counter's file, unless another client is faster."""
         seen = self.send("GET", f"{VEHICLES}/counter")
-        request = {"headers": {"If-Match": seen.headers["ETag"], "Content-Type": "application/toml"}}
+        headers = {"If-Match": seen.headers["ETag"], "Content-Type": "application/toml"}
         text = counter_text(count_in(seen) + 1)
-        if self.send("PUT", f"{VEHICLES}/counter", 200, 412, content=text, **request).status_code == 200:
+        answer = self.send("PUT", f"{VEHICLES}/counter", 200, 412, content=text, headers=headers)
+        if answer.status_code == 200:
             with self.acknowledged.lock:
                 self.acknowledged.increments += 1
 
-    def wait_for(self, path: str, body: dict[str, object], *expected: int) -> None:
+    def wait_for(self, path: str, body: Mapping[str, object], *expected: int) -> None:
         """Start a driven session or a job, which has to end."""
         answer = self.send("POST", path, *expected, json=body)
         if answer.status_code in {201, 202}:
@@ -141,7 +154,9 @@ def counter_text(count: int) -> str:
 
 def count_in(answer: httpx2.Response) -> int:
     """Return the number in a vehicle's file."""
-    return int(re.search(r"# count (\d+)", answer.json()["toml"])[1])
+    count = re.search(r"# count (\d+)", answer.json()["toml"])
+    assert count is not None, answer.text
+    return int(count[1])
 
 
 def differences(client: Client) -> list[str]:
@@ -184,6 +199,7 @@ def stuck(client: Client) -> set[str]:
 def recording_zip(folder: Path | str) -> bytes:
     """Return a short recording."""
     vehicle = reference_vehicle()
+    assert vehicle.linkage is not None  # two trucks
     program = umbmark(0.5, 1, speed=0.4, link_length=vehicle.linkage.length)
     save_recording(simulate(vehicle, Truth(vehicle, seed=3), program), Path(folder) / "recording")
     return pack(Path(folder) / "recording")
@@ -211,10 +227,10 @@ def _load_and_kill(
 ) -> None:
     """Let clients call their services, of which one after the other is killed and started again."""
     services, acknowledged = clients[0].services, clients[0].acknowledged
-    sent = {"content": counter_text(0), "headers": {"Content-Type": "application/toml"}}
-    clients[0].send("POST", VEHICLES, 201, **sent)
-    sent = {"content": recording_zip(folder), "headers": {"Content-Type": "application/zip"}}
-    recording = clients[0].send("POST", "/v1/recordings", **sent).json()["id"]
+    toml = {"Content-Type": "application/toml"}
+    clients[0].send("POST", VEHICLES, 201, content=counter_text(0), headers=toml)
+    stored = clients[0].send("POST", "/v1/recordings", content=recording_zip(folder), headers=ZIP)
+    recording = stored.json()["id"]
     with ThreadPoolExecutor(CLIENTS) as pool:
         try:
             running = [pool.submit(client.run, recording) for client in clients]

@@ -20,7 +20,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -42,7 +42,7 @@ WARM = 5.0  # [s] that do not count: the tracker is loaded in them
 RUNS = 900  # of one session
 
 
-async def paced(rate: float, seconds: float, call) -> list[float]:  # noqa: ANN001  # of an index
+async def paced(rate: float, seconds: float, call: Callable[[int], Awaitable[object]]) -> list[float]:
     """Make calls at a rate [1/s]; return how long each took from when it should have left [s]."""
     began, durations, tasks = time.perf_counter(), [], []
 
@@ -73,7 +73,9 @@ class Client:
         )
         writer.write(self._request(method, path, body))
         head = await reader.readuntil(b"\r\n\r\n")
-        content = await reader.readexactly(int(re.search(rb"content-length: (\d+)", head)[1]))
+        length = re.search(rb"content-length: (\d+)", head)
+        assert length is not None, head
+        content = await reader.readexactly(int(length[1]))
         if head.split(None, 2)[1] not in {b"200", b"201"}:
             raise RuntimeError(f"{method} {path}: {content.decode()}")
         self._idle.append((reader, writer))
@@ -164,7 +166,9 @@ def simulated(folder: Path | str) -> Iterator[str]:
     command = [*OMNIMATE, "sim", "--listen", "127.0.0.1:0", "--vehicle", "vehicle.toml"]
     with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True) as process:
         try:
+            assert process.stdout is not None  # a pipe
             listening = re.search(r"listening on ([\d.:]+)", process.stdout.readline())
+            assert listening is not None, "the simulated robot did not start"
             yield f"socketcand://{listening[1]}/can0"
         finally:
             process.terminate()

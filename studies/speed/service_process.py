@@ -25,7 +25,9 @@ class Service:
                 [*COMMAND, "--database", database, *options],
                 cwd=folder, stdout=subprocess.PIPE, stderr=log, text=True,
             )  # fmt: skip
-        line = self.process.stdout.readline()
+        assert self.process.stdout is not None  # a pipe
+        self._output = self.process.stdout
+        line = self._output.readline()
         address = re.search(r"http://\S+", line)
         if address is None:
             raise RuntimeError(
@@ -53,13 +55,13 @@ class Service:
         """End it as a power cut would, without any warning."""
         self.process.kill()
         self.process.wait()
-        self.process.stdout.close()
+        self._output.close()
 
     def stop(self) -> None:
         """End it as Ctrl-C does."""
         self.process.terminate()
         self.process.wait(PATIENCE)
-        self.process.stdout.close()
+        self._output.close()
 
 
 @contextmanager

@@ -26,7 +26,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Coroutine, Sequence
+from collections.abc import Coroutine, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -42,7 +42,7 @@ from omnimate.service.jobs.queue import ENDED_STATES
 from omnimate.service.store.recordings import MEMORY_LIMIT
 from studies.benchmark import options
 from studies.figures import framed
-from studies.speed.service_kill import DIAGNOSES, RUN, SESSIONS, recording_zip
+from studies.speed.service_kill import DIAGNOSES, RUN, SESSIONS, ZIP, recording_zip
 from studies.speed.service_load import RUNS, paced
 from studies.speed.service_process import Service, serving
 
@@ -174,11 +174,19 @@ class Load:
     def __post_init__(self) -> None:
         self.http = httpx2.AsyncClient(base_url=self.url, timeout=60.0)
 
-    async def send(self, method: str, path: str, **request: object) -> httpx2.Response | None:
+    async def send(
+        self,
+        method: str,
+        path: str,
+        *,
+        json: Mapping[str, object] | None = None,
+        content: bytes | None = None,
+        headers: Mapping[str, str] | None = None,
+    ) -> httpx2.Response | None:
         """Return the answer to a call, None where the connection broke; both are counted."""
         name = f"{method} {'/'.join(path.split('?', 1)[0].split('/')[:3])}"
         try:
-            answer = await self.http.request(method, path, **request)  # type: ignore[arg-type]
+            answer = await self.http.request(method, path, json=json, content=content, headers=headers)
         except httpx2.TransportError:
             self.answers[name, 0] += 1
             return None
@@ -220,9 +228,8 @@ class Load:
     async def upload(self) -> None:
         """Upload recordings, and delete the oldest where there are many."""
         stored: list[str] = []
-        sent = {"content": self.recording, "headers": {"Content-Type": "application/zip"}}
         while True:
-            answer = await self.send("POST", f"{RECORDINGS}?name=soak", **sent)
+            answer = await self.send("POST", f"{RECORDINGS}?name=soak", content=self.recording, headers=ZIP)
             if answer is not None and answer.status_code == 201:
                 stored.append(answer.json()["id"])
             if len(stored) > KEPT:
@@ -248,8 +255,8 @@ class Load:
     async def diagnose(self) -> None:
         """Have recordings diagnosed, each under a new name: a known one gets its result at once."""
         for number in itertools.count():
-            sent = {"content": self.recording, "headers": {"Content-Type": "application/zip"}}
-            stored = await self.send("POST", f"{RECORDINGS}?name=drive-{number}", **sent)
+            path = f"{RECORDINGS}?name=drive-{number}"
+            stored = await self.send("POST", path, content=self.recording, headers=ZIP)
             if stored is not None and stored.status_code == 201:
                 body = {"recordings": [stored.json()["id"]]}
                 job = await self.send("POST", DIAGNOSES, json=body)

@@ -87,14 +87,16 @@ def stopping_time(happen: Callable[[ForeignDrive], None], status: str | None, ph
     for _ in range(20):
         driver.command((SPEED,) * 4)
         driver.cycle()
-    began = bench.at(phase, lambda: happen(bench.nodes[FIRST_DRIVE]))
+    began: float = bench.at(phase, lambda: happen(bench.nodes[FIRST_DRIVE]))
     sent = len(bench.sent)
     try:
         while bench.now < began + 2.0:
             driver.command((SPEED,) * 4)
             driver.cycle()
     except DrivesStopped:
-        zeros = [at for at, can_id, data in bench.sent[sent:] if can_id >> 4 == 0x21 and not any(data)]
+        zeros: list[float] = [
+            at for at, can_id, data in bench.sent[sent:] if can_id >> 4 == 0x21 and not any(data)
+        ]
         return (zeros[3] - began) * 1e3
     finally:
         bench.shutdown()
@@ -108,16 +110,18 @@ def standing_time(status: str | None, phase: float) -> float:
     driver = Driver(vehicle, bench, clock=BenchClock(vehicle.bus.sync_period))
     driver.configure()
     driver.enable()
+    assert vehicle.linkage is not None  # two trucks
     program = out_and_back(20.0, 1, speed=0.3, link_length=vehicle.linkage.length)
     moments = motion.drive(driver, Runner(program, vehicle), vehicle, Journal(program))
     while bench.nodes[FIRST_DRIVE].velocity < MOVING:
         next(moments)
-    began, sent = bench.at(phase, bench.nodes[1].power_off), len(bench.sent)
+    began: float = bench.at(phase, bench.nodes[1].power_off)
+    sent = len(bench.sent)
     while bench.now < began + 0.5:
         next(moments)
     bench.shutdown()
     frames = [frame for frame in bench.sent[sent:] if frame[0] >= began]
-    zeros = [at for at, can_id, data in frames if can_id >> 4 == 0x21 and not any(data)]
+    zeros: list[float] = [at for at, can_id, data in frames if can_id >> 4 == 0x21 and not any(data)]
     return (zeros[3] - began) * 1e3
 
 

@@ -11,6 +11,7 @@ The processor time beside it says what the question itself costs.
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 from subprocess import DEVNULL, run
 
@@ -39,7 +40,7 @@ def main() -> None:
         folder = Path(place) / "drive"
         save_recording(recording, folder)
         process, empty = (
-            best(lambda command=command: run(command, check=True, stdout=DEVNULL), given.rounds)
+            best(partial(run, command, check=True, stdout=DEVNULL), given.rounds)
             for command in (
                 [*OMNIMATE, "diagnose", "--triage", str(folder)],
                 [sys.executable, "-c", "pass"],
