@@ -7,12 +7,11 @@ import pytest
 
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.reference import dead_reckoned
-from omnimate.files.importers.errors import SourceError
 from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import between, compose
 from studies.datasets.optiodom.drives import read_set
-from studies.datasets.optiodom.files import SourceError
+from studies.datasets.optiodom.files import OptiOdomError
 from studies.datasets.optiodom.recordings import each_run, recordings_of
 from studies.datasets.optiodom.scores import score
 from studies.datasets.optiodom.squares import read_squares
@@ -64,5 +63,5 @@ def test_a_damaged_run_is_named(shared_data, tmp_path):
     shutil.copytree(shared_data / SQUARE, folder)
     damaged = next(folder.glob("*run-03.csv.gz"))
     damaged.write_bytes(damaged.read_bytes()[:200])
-    with pytest.raises(SourceError, match="run-03"):
+    with pytest.raises(OptiOdomError, match="run-03"):
         recordings_of(folder)
