@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.effects.variables import Motion
 from omnimate.mismatch.candidates.terms import moving_channels, turns
+from omnimate.mismatch.recording.causal_path import FORGETTING
+from omnimate.mismatch.recording.windows import stated_sigma
 from omnimate.vehicle.parameters import JOINTS
 
 if TYPE_CHECKING:
@@ -63,10 +66,13 @@ def quantities(signals: Signals, moving: Container[str]) -> Curves:
             curves[f"speed of {wheel}"] = bends(block.speed[:, number])
             curves[f"acceleration of {wheel}"] = bends(block.acceleration[:, number])
             curves[f"past acceleration of {wheel}"] = bends(Motion(block, wheel).past_acceleration)
+    noise = noise_of_path(signals)
     for number, truck in enumerate(signals.trucks):
-        x, y = (standard(block.place[:, number, axis]) for axis in range(2))
-        facing = waves(block.heading[:, number], (1,))
-        curves[f"heading of {truck}"] = [*facing, *waves(block.heading[:, number], (2,))]
+        heading = block.heading[:, number]
+        x, y = (standard(beyond(block.place[:, number, axis], noise[axis])) for axis in range(2))
+        facing = [beyond(wave, noise[2]) for wave in waves(heading, (1,))]
+        twice = [beyond(wave, 2.0 * noise[2]) for wave in waves(heading, (2,))]
+        curves[f"heading of {truck}"] = [*facing, *twice]
         curves[f"place of {truck}"] = [x, y, x * y, x**2, y**2]
         curves[f"place and heading of {truck}"] = [*facing, *(at * way for at in (x, y) for way in facing)]
     if "turning" in moving:
@@ -83,6 +89,27 @@ def quantities(signals: Signals, moving: Container[str]) -> Curves:
     if linked and "turning" in moving:
         curves["yaw acceleration of link"] = bends(lead.link_yaw_acceleration)
     return {quantity: curve for quantity, curve in curves.items() if curve}
+
+
+def noise_of_path(signals: Signals) -> Array:
+    """Return by how much x, y [m] and heading [rad] must vary along the path for a curve over them, `(3,)`.
+
+    The path follows the measured poses, whose noise is in it. Of N poses, a curve that varies by s predicts
+    the share (noise / s)^2 of each one's own innovation; all of them are less than one where s is sqrt(N)
+    times the noise (errors in variables).
+    """
+    if signals.poses is None:
+        return np.zeros(3)
+    poses = signals.poses.of("a")
+    sigma = np.median(stated_sigma(poses.sigma), axis=0) if len(poses.time) else np.zeros(3)
+    interval = float(np.median(np.diff(poses.time))) if len(poses.time) > 1 else math.inf
+    followed = 1.0 if interval >= FORGETTING else 1.0 - math.exp(-interval / FORGETTING)
+    return np.asarray(followed * math.sqrt(len(poses.time)) * sigma)
+
+
+def beyond(curve: Array, noise: float) -> Array:
+    """Return a curve; zeros where its standard deviation is not beyond the noise."""
+    return curve if float(curve.std()) > noise else np.zeros_like(curve)
 
 
 def waves(angle: Array, orders: Sequence[int]) -> list[Array]:

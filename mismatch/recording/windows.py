@@ -366,7 +366,7 @@ def _pose_rows(signals: Signals, ends: NDArray[np.int64], truck: str, number: in
     path = signals.path[:, number]
     error = pose - np.stack([np.interp(time, signals.time, path[:, axis]) for axis in range(3)], axis=1)
     error[:, 2] = wrap(error[:, 2])
-    stated = np.where(np.isfinite(sigma) & (sigma > 0.0), sigma, DEFAULT_POSE_SIGMA) ** 2
+    stated = stated_sigma(sigma) ** 2
     known = np.isfinite(error)
     total, count, variance = np.zeros((3, len(ends), 3))
     np.add.at(total, end, np.where(known, error, 0.0))
@@ -374,6 +374,11 @@ def _pose_rows(signals: Signals, ends: NDArray[np.int64], truck: str, number: in
     np.add.at(variance, end, np.where(known, stated, 0.0))
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(count > 0, total / count, np.nan), np.where(count > 0, variance / count**2, 1.0)
+
+
+def stated_sigma(sigma: Array) -> Array:
+    """Return standard deviations of poses `(P, 3)` [m, m, rad], the usual ones where none are stated."""
+    return np.where(np.isfinite(sigma) & (sigma > 0.0), sigma, DEFAULT_POSE_SIGMA)
 
 
 def _stamps(signals: Signals, ends: NDArray[np.int64], truck: str) -> tuple[Array, NDArray[np.int64]]:

@@ -38,6 +38,15 @@ def test_on_a_straight_drive_it_depends_on_no_turn_rate_and_on_no_joint(regressi
     assert not offered & TURNING
 
 
+def test_on_a_straight_drive_nothing_depends_on_the_noise_of_measured_poses(straight, watched, drive):
+    """The path follows the poses: where it does not turn, its heading is their noise."""
+    along, turning = (signals_of(watched(each)) for each in (straight, drive(laps=1)))
+    [straight_curves], [curves] = shared_quantities([along]), shared_quantities([turning])
+    for name, varying in {"heading of a": [], "place of a": [0, 3], "place and heading of a": []}.items():
+        assert [number for number, curve in enumerate(straight_curves[name]) if curve.std()] == varying
+        assert all(curve.std() > 0.0 for curve in curves[name])
+
+
 def test_what_varies_in_one_recording_only_is_offered_for_none(drive):
     steady = signals_of(drive(laps=1))
     jitter = 1e-4 * np.sin(np.arange(len(steady.block)))
