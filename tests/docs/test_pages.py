@@ -16,8 +16,8 @@ RUN = {name: pages for name, pages in groups().items() if any(steps_of(page) for
 NOT_RUN = [block for pages in groups().values() for page in pages for block in blocks(page) if block.not_run]
 SLOW = {  # 10 s to two minutes each
     "tutorial", "how-to/can-log.md", "how-to/nights.md", "how-to/fleet.md", "how-to/device.md",
-    "how-to/monitor.md", "how-to/other-tools.md", "how-to/two-wheel-robot.md", "how-to/write-an-effect.md",
-    "reference/diagnosis.md", "index.md",
+    "how-to/monitor.md", "how-to/other-tools.md", "how-to/python-client.md", "how-to/two-wheel-robot.md",
+    "how-to/write-an-effect.md", "reference/diagnosis.md", "index.md",
 }  # fmt: skip
 EXAMPLES = sorted(path.name for path in (ROOT / "examples").glob("[0-9][0-9]_*"))
 
