@@ -48,6 +48,7 @@ class ClockDrift(AgedSamples):
     separating_drive = "a drive three times as long"
     says = "the clock of {part} runs off by {rate_hundredths:.4f} %."
     excited_by = "channel motion"
+    relative = True
 
     def age(self, time: Array, start: float) -> Array:
         """Return the age of samples [s]."""

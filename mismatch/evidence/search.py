@@ -263,15 +263,21 @@ def _without_what_cancels(posterior: Posterior, members: Members) -> Members:
     """Return a set without effects of one kind on several components, if it is likelier without all of them.
 
     Of a relative effect, such as a delay, a common amount on all components cannot be observed: each member
-    is needed given the others, and none alone. If all components but one have it, that one would have the
-    opposite, which is impossible.
+    is needed given the others, and none alone. If all components but one have it, that one has the opposite
+    instead, unless that is impossible.
     """
     terms = posterior.terms
     for kind in (kind.name for kind in EFFECTS if kind.relative):
         affected = {terms[member].component for member in members if terms[member].effect == kind}
-        unaffected = {term.component for term in terms if term.effect == kind} - affected
-        if len(affected) > 1 and len(unaffected) <= 1:
-            members = tuple(member for member in members if terms[member].effect != kind)
+        unaffected = [
+            candidate
+            for candidate, term in enumerate(terms)
+            if term.effect == kind and term.component not in affected
+        ]
+        if len(affected) > 1 and len({terms[candidate].component for candidate in unaffected}) <= 1:
+            others = (member for member in members if terms[member].effect != kind)
+            opposite = [candidate for candidate in unaffected if not terms[candidate].positive][:1]
+            members = tuple(sorted((*others, *opposite)))
     for effect in sorted({posterior.terms[member].effect for member in members}):
         rest = tuple(member for member in members if posterior.terms[member].effect != effect)
         if len(members) - len(rest) > 1 and posterior.evidence(rest) > posterior.evidence(members):

@@ -134,12 +134,22 @@ def test_of_two_that_nobody_believes_in_together_the_likelier_stays(drawn, waves
 
 
 def test_where_all_channels_or_all_but_one_are_late_none_is(drawn, waves, library):
-    late = [number for number, term in enumerate(library) if term.effect == "latency"]
-    truth = dict.fromkeys(late, 1.0)
-    posterior = made(drawn, waves, library, 1, {**truth, 9: 1.0})
+    terms = [replace(term, positive=term.effect == "latency") for term in library]
+    late = [number for number, term in enumerate(terms) if term.positive]
+    posterior = made(drawn, waves, terms, 1, {**dict.fromkeys(late, 1.0), 9: 1.0})
     assert _without_what_cancels(posterior, (9, *late)) == (9,)
     assert _without_what_cancels(posterior, (9, *late[1:])) == (9,)
     assert _without_what_cancels(posterior, (9, *late[2:])) == (9, *late[2:])
+
+
+@pytest.mark.parametrize("other", range(3))
+def test_where_all_clocks_but_one_run_off_that_one_runs_off_the_opposite_amount(
+    drawn, waves, candidate, other
+):
+    terms = [candidate("clock_drift", part, odds=0.01) for part in ("a.left", "a.right", "poses")]
+    posterior = made(drawn, waves, terms, 1, dict.fromkeys(range(3), 1.0))
+    assert _without_what_cancels(posterior, tuple({0, 1, 2} - {other})) == (other,)
+    assert _without_what_cancels(posterior, (0, 1, 2)) == ()
 
 
 def test_effects_of_a_kind_that_are_likelier_all_gone_go_together(drawn, waves, candidate):
