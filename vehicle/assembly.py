@@ -38,7 +38,7 @@ REASONS: tuple[GapReason, ...] = (
     "reboot",
 )  # indexed by the constants below; 0: no gap
 MISSING, JUMP, REBOOT = 1, 2, 3  # causes of a gap; the highest one is reported
-NOTHING, BOOTED, STARTED = -1, -2, -3  # kinds of events that are not PDOs
+NOTHING, BOOTED, STARTED = range(-3, 0)  # kinds of events that are not PDOs
 
 
 class PdoState:
@@ -58,9 +58,8 @@ class PdoState:
         device_time: Its timestamp of the adapter [s].
         arrival_time: When it was on the bus, on the recording's clock [s].
         owed: SYNCs whose answers may still come.
-        alone: Samples in a row with one frame while answers are owed.
+        alone: Samples in a row with one frame while answers are owed; counted from the last missed SYNC on.
         usual: Latency of the last unambiguous answer [s]; nan before the first.
-        misses: SYNCs in a row without an answer, before the sample that is open.
         last: Number of the sample that it last entered; -1 before the first.
         has_booted: Whether a boot-up of its node was heard since then.
         was_started: Whether the node was started after that.
@@ -89,7 +88,6 @@ class PdoState:
     owed: int
     alone: int
     usual: float
-    misses: int
     last: int
     has_booted: bool
     was_started: bool
@@ -219,7 +217,6 @@ def take_frame(
         pdo.heard = True
         return WRONG_LENGTH
     if pdo.is_timed and (pdo.answered or not cycle.is_open):
-        pdo.heard = True
         return REPEATED
     if pdo.answered:
         pdo.duplicate += 1
@@ -238,7 +235,6 @@ def take_frame(
     pdo.missing -= pdo.frames
     if pdo.owed == 0:
         pdo.usual = arrival_time - cycle.time
-    pdo.owed, pdo.alone = 0, 0
     _accept(cycle, pdo)
     return ACCEPTED
 
@@ -246,12 +242,12 @@ def take_frame(
 @compiled
 def _accept(cycle: Cycle, pdo: PdoState) -> None:
     """Accept a PDO's frame; a boot-up counts if the PDO had stopped or the node was started."""
-    pdo.answered = True
+    pdo.answered, pdo.owed = True, 0
     pdo.received += 1
     if pdo.has_booted:
         pdo.has_restarted = pdo.last < 0 or cycle.number - pdo.last > 1 or pdo.was_started
         pdo.is_boot_doubted |= not pdo.has_restarted
-        pdo.has_booted, pdo.was_started = False, False
+        pdo.has_booted = False
     pdo.last = cycle.number
 
 
@@ -263,7 +259,6 @@ def close_sample(cycles: Record, pdos: Record, channels: Record) -> None:
         pdo = pdos[place]
         if not pdo.answered and (pdo.frames > 0 or not pdo.heard):
             _resolve_held_frames(cycle, pdo)
-        pdo.misses = 0 if pdo.answered else pdo.misses + 1
     for column in range(len(channels)):
         channel = channels[column]
         _read(channel, pdos[channel.pdo])
@@ -277,11 +272,10 @@ def close_sample(cycles: Record, pdos: Record, channels: Record) -> None:
 def _resolve_held_frames(cycle: Cycle, pdo: PdoState) -> None:
     """Accept the held frame as the answer to this SYNC, or count all held frames as late."""
     if cycle.is_synchronous:
-        pdo.alone = pdo.alone + 1 if pdo.owed > 0 and pdo.frames == 1 else 0
+        pdo.alone = pdo.alone + 1 if pdo.frames == 1 else 0
         # also where one of the latencies is unknown
         is_usual = not (pdo.arrival_time - cycle.time > pdo.usual + LATENCY_TOLERANCE * cycle.period)
         if pdo.frames == 1 and (pdo.owed == 1 or is_usual or pdo.alone == MAX_SINGLE_ANSWERS):
-            pdo.owed, pdo.alone = 0, 0
             _accept(cycle, pdo)
             return
         pdo.owed += 1 - pdo.frames

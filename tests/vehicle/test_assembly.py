@@ -8,10 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.vehicle.assembly import (
+    ACCEPTED,
+    DUPLICATE,
+    HELD,
+    LATE,
+    LATENCY_TOLERANCE,
     REASONS,
+    REPEATED,
+    WRONG_LENGTH,
     assembly_records,
     close_sample,
     open_sample,
+    pdo_lengths,
     take_boot,
     take_frame,
     take_start,
@@ -19,7 +27,7 @@ from omnimate.vehicle.assembly import (
 from omnimate.vehicle.parameters import Bus, Encoder, Truck, VehicleParameters
 from omnimate.vehicle.recording import Gap
 
-PERIOD = 0.01
+PERIOD, BEGIN = 1 / 64, 2.0  # [s] between SYNCs and of the first; binary, so that sums are exact
 ROUNDING = 4  # counts: of both wheels, at both ends of the gap
 OPPOSITE = ({"sign": 1, "counts_per_turn": 40_000.0}, {"sign": -1, "counts_per_turn": 20_000.0})
 
@@ -35,7 +43,7 @@ def robot(**field):
 
 
 class Steps:
-    """The steps, one SYNC after the other."""
+    """The steps, one SYNC after the other; times of gaps are since the first SYNC."""
 
     def __init__(self, vehicle=None):
         self.vehicle = vehicle or robot()
@@ -43,20 +51,20 @@ class Steps:
         self.number, self.gaps = 0, []
 
     def sync(self):
-        open_sample(*self.state, self.number * PERIOD)
+        open_sample(*self.state, BEGIN + self.number * PERIOD)
         self.number += 1
 
     def frame(self, place, count, latency=0.001, size=4):
         word = np.uint64(count % 2**64) & np.uint64(0xFFFFFFFF if size == 4 else 2**64 - 1)
-        now = (self.number - 1) * PERIOD + latency
+        now = BEGIN + (self.number - 1) * PERIOD + latency
         return take_frame(self.cycle, self.pdos, place, word, size, now, now)
 
     def close(self):
         close_sample(*self.state)
         for column, (reason, start) in enumerate(self.channels[["ended_gap", "gap_start"]].tolist()):
             if reason:
-                end = float(self.cycle["time"][0])
-                self.gaps.append(Gap(self.vehicle.channels[column], start, end, REASONS[reason]))
+                end = float(self.cycle["time"][0]) - BEGIN
+                self.gaps.append(Gap(self.vehicle.channels[column], start - BEGIN, end, REASONS[reason]))
         return self.channels["count"].tolist(), self.channels["present"].tolist()
 
     def sample(self, *counts):
@@ -80,7 +88,7 @@ def answers(*latencies):
     return entered
 
 
-@given(silent=st.integers(2, 60), begun=st.integers(1, 60), latency=st.floats(0.004, 0.0099))
+@given(silent=st.integers(2, 60), begun=st.integers(1, 60), latency=st.floats(0.005, 0.015))
 def test_a_burst_of_late_answers_never_counts_as_current(silent, begun, latency):
     """The first frames of it come late in one sample, the others in the next, before its own answer."""
     begun = min(begun, silent)
@@ -95,6 +103,140 @@ def test_answers_that_were_lost_are_not_waited_for(lost, later):
     times = [0.006 if later else 0.001]
     waited = later and lost > 1
     assert answers([0.001], *[[]] * lost, times, times)[-2:] == [None if waited else 0, 0]
+
+
+@pytest.mark.parametrize(("excess", "entered"), [(0.0, 0), (2**-10, None)])
+def test_a_sole_answer_after_missed_ones_may_come_later_than_before_by_the_tolerance(excess, entered):
+    """Its latency counts from its own SYNC, in every sample."""
+    before = PERIOD / 8
+    later = before + LATENCY_TOLERANCE * PERIOD + excess
+    assert answers([before], [before], [], [], [later])[-1] == entered
+
+
+@pytest.mark.parametrize(
+    ("samples", "tally"),
+    [
+        ([[0.001], [0.001]], (2, 0, 0, 0)),
+        ([[0.001], []], (1, 1, 0, 0)),
+        ([[0.001, 0.002]], (1, 0, 0, 1)),
+        ([[0.001], [], [], [0.009]], (1, 2, 1, 0)),
+        ([[0.001], [], [], [], [0.009, 0.01]], (1, 2, 2, 0)),
+        ([[0.001], [], [], [0.009], [0.0001, 0.0002, 0.001]], (2, 0, 3, 0)),
+    ],
+)
+def test_every_sync_is_answered_in_time_or_late_or_missing(samples, tally):
+    """A late answer is taken off the missing ones; a further one to the same SYNC is a duplicate."""
+    bus = Steps()
+    for latencies in samples:
+        bus.sync()
+        for latency in latencies:
+            bus.frame(0, 0, latency)
+        bus.close()
+    assert bus.pdos[["received", "missing", "late", "duplicate"]][0].tolist() == tally
+
+
+def test_an_answer_after_its_sample_was_closed_is_not_waited_for_in_the_next():
+    bus = Steps()
+    bus.sample(0, 0)
+    bus.sample(None, 0)
+    assert bus.frame(0, 1, 0.014) == LATE
+    bus.sync()
+    assert bus.frame(0, 2, 0.009) == ACCEPTED
+    assert bus.pdos[["missing", "late"]][0].tolist() == (0, 1)
+
+
+def test_one_of_two_owed_answers_after_the_close_leaves_the_other_owed():
+    bus = Steps()
+    bus.sample(0, 0)
+    bus.sample(None, 0)
+    bus.sample(None, 0)
+    assert bus.frame(0, 1, 0.014) == LATE
+    bus.sync()
+    assert (bus.frame(0, 2), bus.frame(0, 3)) == (HELD, ACCEPTED)
+
+
+def test_a_further_answer_after_the_close_makes_up_for_no_missing_one():
+    bus = Steps()
+    bus.sample(0, 0)
+    bus.sample(None, 0)
+    assert (bus.frame(0, 1, 0.014), bus.frame(0, 1, 0.015)) == (LATE, LATE)
+    assert bus.pdos[["missing", "late"]][0].tolist() == (0, 2)
+    bus.sample(None, 0)
+    bus.sync()
+    assert bus.frame(0, 2) == HELD
+
+
+def test_an_answer_of_a_wrong_length_is_neither_missing_nor_owed():
+    bus = Steps()
+    bus.sample(0, 0)
+    bus.sync()
+    assert bus.frame(0, 1, size=3) == WRONG_LENGTH
+    assert bus.close()[1] == [False, False]
+    bus.sync()
+    assert bus.frame(0, 2, 0.009) == ACCEPTED
+    assert bus.pdos[["missing", "wrong_length"]][0].tolist() == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("is_timed", "further"), [(False, (DUPLICATE, DUPLICATE)), (True, (REPEATED, REPEATED))]
+)
+def test_the_first_frame_of_a_timed_pdo_is_taken_and_the_others_are_no_errors(is_timed, further):
+    bus = Steps()
+    bus.pdos["is_timed"] = is_timed
+    bus.sync()
+    assert bus.frame(0, 1) == ACCEPTED
+    fates = [bus.frame(0, 2)]
+    bus.close()
+    assert (*fates, bus.frame(0, 3)) == further
+    assert bus.pdos[["word", "late", "duplicate"]][0].tolist() == (1, 0, 0 if is_timed else 2)
+
+
+def test_the_first_frame_is_held_while_an_answer_is_owed_and_the_second_taken():
+    bus = Steps()
+    bus.sample(None, 0)
+    bus.sync()
+    assert (bus.frame(0, 1), bus.frame(0, 2)) == (HELD, ACCEPTED)
+
+
+@pytest.mark.parametrize(("before", "is_doubted"), [(0, False), (1, True), (4, True)])
+def test_a_boot_up_is_doubted_where_answers_go_on(before, is_doubted):
+    """The first answer of all confirms it."""
+    bus = Steps()
+    for number in range(before):
+        bus.sample(number, 0)
+    take_boot(bus.pdos, 1)
+    bus.sample(before, 0)
+    assert bus.pdos["is_boot_doubted"].tolist() == [is_doubted, False]
+
+
+@pytest.mark.parametrize(
+    ("started", "confirmed"), [(0, [True, True]), (1, [True, False]), (2, [False, True])]
+)
+def test_a_start_of_a_node_or_of_all_confirms_a_boot_up(started, confirmed):
+    bus = Steps()
+    bus.sample(0, 0)
+    for node in (1, 2):
+        take_boot(bus.pdos, node)
+    take_start(bus.pdos, started)
+    bus.sample(1, 1)
+    assert bus.pdos["has_restarted"].tolist() == confirmed
+
+
+@pytest.mark.parametrize("skipped", [-1, 0, 1, 7])
+@pytest.mark.parametrize("excess", [0, 1])
+def test_a_counter_may_move_by_its_largest_step_in_every_sync_period(skipped, excess):
+    """Also where no sample was opened for some; two SYNCs at once count as one period."""
+    bus = Steps()
+    for _ in range(3):
+        bus.sample(0, 0)
+    bus.number += skipped
+    count = int(bus.channels["max_step"][0]) * (max(skipped, 0) + 1) + excess
+    assert bus.sample(count, 0)[1] == [excess == 0, True]
+
+
+@pytest.mark.parametrize(("start", "bits", "length"), [(0, 1, 1), (0, 32, 4), (0, 33, 5), (7, 57, 8)])
+def test_a_pdo_needs_the_bytes_up_to_the_last_bit_of_its_fields(start, bits, length):
+    assert pdo_lengths(robot(start_bit=start, bits=bits)) == {0x181: length, 0x182: length}
 
 
 @given(
@@ -119,6 +261,7 @@ def test_a_field_is_decoded_as_its_bits_say(start, bits, signed, word):
         ([None, 1, None, 3], [(0, 1, "missing"), (1, 3, "missing")]),
         ([0, "restarted", 2], [(0, 1, "reboot")]),
         ([0, None, None, "restarted", 4], [(0, 3, "reboot")]),
+        ([0, "restarted", 2, None, 4], [(0, 1, "reboot"), (2, 4, "missing")]),
     ],
 )
 def test_a_gap_reaches_from_the_last_good_sample_to_the_next_and_has_its_reason(counts, gaps):

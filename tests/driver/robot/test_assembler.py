@@ -4,7 +4,7 @@ import math
 import operator
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from omnimate.driver.robot.assembler import Assembler
@@ -145,6 +145,21 @@ def test_a_silent_node_is_not_waited_for_until_it_is_heard():
     ]
 
 
+def test_a_silent_node_of_which_a_late_frame_comes_is_waited_for_again():
+    assembler = Assembler(VEHICLE)
+    cycle(assembler, 0, 5)
+    for index in range(1, 5):
+        cycle(assembler, index, 5, COB_IDS[1:])
+    assembler.begin(5, 0.075)
+    answer(assembler, 5, COB_IDS[1:])
+    assert assembler.is_settled
+    assembler.frame(COB_IDS[0], bytes(4), 0.0, 4.0)
+    assert not assembler.close().present[0], "later than before, it may be the answer to an earlier SYNC"
+    assembler.begin(6, 0.09)
+    answer(assembler, 5, COB_IDS[1:])
+    assert not assembler.is_settled
+
+
 def test_a_node_that_missed_a_sync_is_only_hoped_for_until_it_is_trusted_again():
     """Each wait for a node that often misses would cost the whole window."""
     assembler = Assembler(VEHICLE)
@@ -265,6 +280,7 @@ seen = st.one_of(
 
 
 @given(st.lists(seen, max_size=120))
+@example([("pdo", 0, 900), ("sync", 0, 0), ("boot", 1, 0), ("start", 1, 0), ("pdo", 0, 0)])
 def test_a_log_of_what_was_seen_live_gives_the_same_samples(events):
     """Both run the same steps; this is about how each finds them in its frames."""
     assembler, samples, frames = Assembler(VEHICLE), [], []
