@@ -24,7 +24,7 @@ def gains_of(
     Args:
         transition: F, (M, n, n).
         links: (K, 2) rows and columns off F's diagonal that are not zero; no column is the row of an earlier
-            link.
+            link, and F's diagonal is 1 in these rows.
         process: Q, (M, n, n).
         observe: H, (M + 1, R, n).
         variance: R, (M + 1, R); nan where nothing was measured, as the variance of the innovation is then.

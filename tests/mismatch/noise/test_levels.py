@@ -139,3 +139,15 @@ def test_a_robot_without_noise_is_not_believed_to_have_none(windows):
     quiet = replace(windows, measured=np.zeros_like(windows.measured), drift=np.zeros_like(windows.drift))
     noise = estimate_noise([quiet], columns(quiet), waves=(0.15,))
     assert noise.roughness >= DEFAULT_LEVELS.roughness / 3.01
+
+
+def test_a_healthy_drive_leaves_white_innovations(drive, regression):
+    """On the simulator's floor and encoders, which are not drawn from the filter's model."""
+    own = regression(drive())
+    own = own.with_noise(estimate_noise(own.windows, own.raw, waves=(0.15,)))
+    for channel in range(own.windows[0].linkage):
+        rows = own.white[own.channel == channel, 0]
+        assert np.mean(rows**2) == pytest.approx(1.0, abs=0.2)
+        for late in (1, 2, 3):
+            alike = float(rows[late:] @ rows[:-late]) / float(rows @ rows)
+            assert abs(alike) < 4.0 / np.sqrt(len(rows)), (channel, late)
