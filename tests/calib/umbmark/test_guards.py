@@ -47,11 +47,11 @@ def off_diagonal(cw: np.ndarray, ccw: np.ndarray) -> None:
     ("factors", "runs"), [((0.98874, 1.00084), 5), ((1.0, 1.0), 5), ((0.95, 1.005), 3), ((1.0, 1.0), 2)]
 )
 def test_healthy_data_raise_no_alarm(factors: tuple[float, float], runs: int) -> None:
-    """Three guards at 1 in 1000 each: at most 1 % of 100 experiments, whatever the robot's errors are."""
+    """Three guards at 1 in 1000 each: at most 1 % of 300 experiments, whatever the robot's errors are."""
     trial = replace(TRIAL, e_b=factors[0], e_d=factors[1], runs=runs)
     chance = np.random.default_rng(11)
-    drives = [trial.drive(chance) for _ in range(100)]
-    assert sum(bool(advise(drive) or without_outliers(drive)[1]) for drive in drives) <= 1
+    drives = [trial.drive(chance) for _ in range(300)]
+    assert sum(bool(advise(drive) or without_outliers(drive)[1]) for drive in drives) <= 3
 
 
 @pytest.mark.parametrize(
