@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from http.client import HTTPResponse
     from typing import Unpack
 
+    from omnimate.client.models import Problem
+
 REPEATED_STATUSES = {429, 503}  # too many calls; not available now: the call was not carried out
 PAUSE = 1.0  # [s] before a repetition where the service names no time
 
@@ -214,10 +216,11 @@ def _etag(version: str | int) -> str:
 def _problem_of(error: HTTPError) -> ProblemError:
     """Return the problem that an answer holds; from its status where a proxy has answered."""
     content, after = error.read(), error.headers.get("Retry-After", "")
-    problem = {"status": error.code, "title": error.reason, "detail": content.decode(errors="replace")[:1000]}
+    detail = content.decode(errors="replace")[:1000]
+    problem: Problem = {"status": error.code, "title": error.reason, "detail": detail}
     if error.headers.get_content_type() == "application/problem+json":
-        problem |= json.loads(content)
-    return ProblemError(problem, float(after) if after.isdecimal() else None)  # type: ignore[arg-type]
+        problem.update(json.loads(content))
+    return ProblemError(problem, float(after) if after.isdecimal() else None)
 
 
 def _pause(error: Exception) -> float | None:

@@ -29,5 +29,6 @@ def main(url: str, side: float, runs: int) -> None:
 
 
 if __name__ == "__main__":
-    given = dict(enumerate(sys.argv))
-    main(given[1], float(given.get(2, 4.0)), int(given.get(3, 5)))
+    side = float(sys.argv[2]) if len(sys.argv) > 2 else 4.0
+    runs = int(sys.argv[3]) if len(sys.argv) > 3 else 5
+    main(sys.argv[1], side, runs)

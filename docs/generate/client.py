@@ -194,7 +194,6 @@ def _method(verb: str, path: str, call: Schema) -> str:
         positional.append(body)
     star = ["*"] if named and not named[0].startswith("**") else []
     about = {_name(each): each["description"] for each in parameters if "description" in each}
-    about = {name: _sentence({"description": said}) for name, said in about.items()}
     answer, expression = _answer(verb, path, call, [*_queries(parameters), *options, *_headers(parameters)])
     text = _docstring(call.get("description", call["summary"]), "Args", about)
     signature = f"def {name}({', '.join(['self', *positional, *star, *named])}) -> {answer}:\n"

@@ -93,16 +93,13 @@ def student_log_density(remaining: float, information: Array) -> float:
 
 
 @compiled
-def inputs_to_examine(
-    settings: FilterSettings, attempt: int, remaining: float, scores: Array
-) -> tuple[int, int]:
+def inputs_to_examine(settings: FilterSettings, attempt: int, wheel: float, push: float) -> tuple[int, int]:
     """Return the range of the inputs that an attempt examines: the first, and one past the last.
 
     Wheels are examined first. But if one sideways push explains what no wheel explains alone, it is examined
     before pairs of wheels: a pair resembles a push only if both lose the same travel to the resolution of the
-    link. `scores` `(8,)` are the parts of the squared innovation `remaining` that the inputs explain.
+    link. `wheel` and `push` are what the best wheel and the best push leave of the squared innovation.
     """
-    wheel, push = remaining - scores[:SIDES].max(), remaining - scores[SIDES:AHEAD].max()
     odds = (
         0.5
         * (STUDENT_FREEDOM + 3.0)
@@ -155,11 +152,11 @@ def distrust_best(
     scores = state.explained
     for number in range(INPUTS):
         scores[number] = explained_by_input(state, opened, number, state.information, state.pull)
-    first, last = inputs_to_examine(settings, attempt, remaining, scores)
+    wheel, push = remaining - scores[:SIDES].max(), remaining - scores[SIDES:AHEAD].max()
+    first, last = inputs_to_examine(settings, attempt, wheel, push)
     best = scores[first:last].max()
     if best < (settings.gate if first == 0 else SLIP_GATE_FACTOR * settings.gate):
         return False
-    wheel, push = remaining - scores[:SIDES].max(), remaining - scores[SIDES:AHEAD].max()
     if attempt == 0 and push < settings.gate < wheel:
         doubt_heading(state, opened, SIDES + int(scores[SIDES:AHEAD].argmax()))
     for number in range(first, last):

@@ -184,7 +184,7 @@ def _finding(
         return _changing(effect, error, rivals.probability, explained, channels_of(regression, part_of))
     signals = [single.signals for single in regression.windows]
     intervals = crossings(effect, signals)
-    others = _alternatives(rivals, (effect.name, effect.component), surest)
+    others = _alternatives(rivals, fit.chosen.terms[number].key, surest)
     names = [effect.name, *(other.effect for other in others)]
     unknown = effect.name == UNKNOWN
     return Finding(

@@ -10,6 +10,7 @@ import numpy as np
 from omnimate.effects.variables import Motion
 from omnimate.mismatch.candidates.terms import moving_channels, turns
 from omnimate.mismatch.recording.causal_path import FORGETTING
+from omnimate.mismatch.recording.signals import is_dense
 from omnimate.mismatch.recording.windows import stated_sigma
 from omnimate.vehicle.parameters import JOINTS
 
@@ -98,13 +99,13 @@ def noise_of_path(signals: Signals) -> Array:
     the share (noise / s)^2 of each one's own innovation; all of them are less than one where s is sqrt(N)
     times the noise (errors in variables).
     """
-    if signals.poses is None:
+    poses = None if signals.poses is None else signals.poses.of("a")
+    if poses is None or not len(poses.time):
         return np.zeros(3)
-    poses = signals.poses.of("a")
-    sigma = np.median(stated_sigma(poses.sigma), axis=0) if len(poses.time) else np.zeros(3)
-    interval = float(np.median(np.diff(poses.time))) if len(poses.time) > 1 else math.inf
-    followed = 1.0 if interval >= FORGETTING else 1.0 - math.exp(-interval / FORGETTING)
-    return np.asarray(followed * math.sqrt(len(poses.time)) * sigma)
+    followed = 1.0  # share of a pose's noise that is in the path
+    if is_dense(poses):
+        followed -= math.exp(-float(np.median(np.diff(poses.time))) / FORGETTING)
+    return np.asarray(followed * math.sqrt(len(poses.time)) * np.median(stated_sigma(poses.sigma), axis=0))
 
 
 def beyond(curve: Array, noise: float) -> Array:

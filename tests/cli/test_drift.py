@@ -21,10 +21,10 @@ def test_a_healthy_robot_is_fine_and_what_is_nearest_to_an_alarm_is_said():
 
 
 def test_too_few_laps_cannot_tell_and_say_how_many_are_needed(omnimate, small_drive):
-    told = omnimate("drift", small_drive)
-    assert told.code == 0
-    assert told.out.startswith("cannot tell: 1 number(s) of a kind in 1 recording(s), and 6 are needed")
-    assert told.out.count("\n") == 1
+    result = omnimate("drift", small_drive)
+    assert result.code == 0
+    assert result.out.startswith("cannot tell: 1 number(s) of a kind in 1 recording(s), and 6 are needed")
+    assert result.out.count("\n") == 1
 
 
 def test_nothing_watched_cannot_tell_either():

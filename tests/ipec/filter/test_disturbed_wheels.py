@@ -89,15 +89,11 @@ def test_a_wheel_that_brakes_may_gain_what_it_would_else_have_to_lose(seed, whee
 
 def test_a_push_that_explains_alone_what_no_wheel_does_comes_before_two_wheels(robot):
     """A push in a kilometre against a bump in a metre: what wheels leave must be far out of the noise."""
-    settings_, left = Filter(robot).settings, 400.0
-    scores = np.zeros(INPUTS)
-    scores[0], scores[SIDES] = 250.0, 398.0
-    assert inputs_to_examine(settings_[0], 0, left, scores) == (SIDES, AHEAD)
-    scores[0] = 390.0
-    assert inputs_to_examine(settings_[0], 0, left, scores) == (0, SIDES)
-    scores[0], scores[SIDES] = 250.0, 300.0
-    assert inputs_to_examine(settings_[0], 0, left, scores) == (0, SIDES)
-    assert inputs_to_examine(settings_[0], 3, left, scores) == (SIDES, INPUTS)
+    settings_ = Filter(robot).settings
+    assert inputs_to_examine(settings_[0], 0, 150.0, 2.0) == (SIDES, AHEAD)
+    assert inputs_to_examine(settings_[0], 0, 10.0, 2.0) == (0, SIDES)
+    assert inputs_to_examine(settings_[0], 0, 150.0, 100.0) == (0, SIDES)
+    assert inputs_to_examine(settings_[0], 3, 150.0, 100.0) == (SIDES, INPUTS)
 
 
 @many
