@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from omnimate.vehicle.assembly import (
@@ -98,6 +98,8 @@ def test_a_burst_of_late_answers_never_counts_as_current(silent, begun, latency)
 
 
 @given(lost=st.integers(1, 60), later=st.booleans())
+@example(lost=1, later=True)
+@example(lost=2, later=True)
 def test_answers_that_were_lost_are_not_waited_for(lost, later):
     """A node that answers again as before counts at once, and one that answers later at the second time."""
     times = [0.006 if later else 0.001]
