@@ -312,7 +312,8 @@ class Driver:
             elif assembler.silence(node) >= GIVE_UP:
                 what = f"has not answered SYNC for {GIVE_UP:g} s: check its power and its cable"
                 self._monitor.trouble(what, node)
-            if not self._supervision.nodes[node].is_lost:
+            # also where its heartbeat is lost: a node that restarted unheard produces none until it is set
+            if not self._recovery.is_waiting(node):
                 self._recovery.request(node, now)
         if self._recovery.is_busy:
             configuration = self._recovery.poll(now)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from omnimate.driver.canopen.node_setup import NodeConfiguration
     from omnimate.driver.robot.events import EventLog
 
-FIRST_DELAY, LONGEST_DELAY = 0.25, 30.0  # [s] before a failed configuration is tried again, doubled each time
+FIRST_DELAY, LONGEST_DELAY = 0.25, 5.0  # [s] before a failed configuration is tried again, doubled each time
 
 
 class Recovery:
@@ -43,6 +43,10 @@ class Recovery:
     def is_busy(self) -> bool:
         """Whether a node still waits for its configuration."""
         return bool(self._waiting) or self._job is not None
+
+    def is_waiting(self, node: int) -> bool:
+        """Return whether a node waits for its configuration, or is being configured."""
+        return node in self._waiting
 
     def request(self, node: int, now: float) -> None:
         """Queue a node, which is due at time `now` [s]."""

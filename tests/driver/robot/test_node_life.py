@@ -10,7 +10,7 @@ from omnimate.driver.robot.driver import Driver
 NODES = (1, 2)
 NODE = st.sampled_from(NODES)
 OPERATIONAL, PRE_OPERATIONAL, STOPPED = 0x05, 0x7F, 0x04
-RECOVERY_SYNCS = 8000  # more than the longest pause between two attempts (30 s), and the silence before it
+RECOVERY_SYNCS = 2000  # more than the longest pause between two attempts (5 s), and the silence before it
 
 
 class Nodes(RuleBasedStateMachine):
@@ -58,6 +58,16 @@ class Nodes(RuleBasedStateMachine):
         self.bus.queue.extend(device.boot())
         self.cycle()
         assert self.driver.report().node(node).restarts == restarts + was_running
+
+    @rule(node=NODE)
+    def a_node_boots_and_its_boot_up_is_lost(self, node):
+        """It had a heartbeat, and produces none until it is configured again."""
+        device = self.bus.devices[node]
+        if device.state == OPERATIONAL:
+            self.bus.queue.append(self.kit.frame(0x700 + node, bytes([OPERATIONAL])))
+            self.cycle()
+            device.objects[0x1800, 2][0] = 254
+            device.boot()
 
     @rule(node=NODE, state=st.sampled_from([PRE_OPERATIONAL, STOPPED]))
     def a_node_leaves_operation(self, node, state):

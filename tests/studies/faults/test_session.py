@@ -48,6 +48,12 @@ def test_a_fault_of_the_bus_keeps_the_laws(kind):
     assert run(Script("single", 4, (Fault(kind, 3.0, 0.5),), length=8.0)).violations == []
 
 
+def test_a_node_that_restarted_unheard_is_configured_again_though_it_has_no_heartbeat_any_more():
+    """Its boot-up is lost: the driver sees a heartbeat that ends, as where a node has lost its power."""
+    lost, reboot = Fault("loss", 6.526, 3.64), Fault("reboot", 6.572, 0.933, node=2)
+    assert run(Script("single", 946, (lost, reboot), QUIET, restarts=(6.44,))).violations == []
+
+
 def test_a_report_that_is_left_out_breaks_a_law_and_the_script_shrinks_to_its_fault(monkeypatch):
     monkeypatch.setattr(Supervision, "emergency", lambda *_frame: True)
     emergency = Fault("emcy", 6.0, 0.5, node=2)
