@@ -40,8 +40,8 @@ class Factors:
     Attributes:
         e_b: Factor between the wheelbases, U (2.4).
         e_d: Factor between the ratios D_R / D_L, U (2.3).
-        c_left: Factor between the left diameters, U (4.33).
-        c_right: Factor between the right diameters, U (4.33).
+        c_left: Factor between the left diameters, U (4.33); (4.31) where both were equal.
+        c_right: Factor between the right diameters, U (4.33); (4.32) where both were equal.
     """
 
     e_b: float
@@ -51,7 +51,7 @@ class Factors:
 
 
 def factors_between(first: Truck, last: Truck) -> Factors:
-    """Return the factors of all passes together, from the first parameters to the last."""
+    """Return the factors from the first parameters to the last, of one pass or of all together."""
     left = last.wheel_diameter_left / first.wheel_diameter_left
     right = last.wheel_diameter_right / first.wheel_diameter_right
     return Factors(last.wheelbase / first.wheelbase, right / left, left, right)

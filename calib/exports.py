@@ -90,7 +90,7 @@ def calibration_json(results: Sequence[tuple[str, Calibration, Truck, Uncertaint
 def _result(
     label: str, calibration: Calibration, truck: Truck, uncertainty: Uncertainty, roughness: Interval
 ) -> dict[str, object]:
-    correction, errors = calibration.correction, calibration.experiment.errors
+    correction, errors, factors = calibration.correction, calibration.experiment.errors, calibration.factors
     values = ("e_b", "e_d", "wheelbase", "diameter_left", "diameter_right")
     return {
         "experiment": label,
@@ -99,8 +99,8 @@ def _result(
         "side": errors.side,
         "alpha": correction.alpha,
         "beta": correction.beta,
-        "c_left": calibration.c_left,
-        "c_right": calibration.c_right,
+        "c_left": factors.c_left,
+        "c_right": factors.c_right,
         "confidence": uncertainty.confidence,
         **{key: _limits(getattr(uncertainty, key)) for key in values},
         "covariance_of_e_b_and_e_d": uncertainty.covariance.tolist(),

@@ -8,12 +8,11 @@ import numpy as np
 
 from omnimate.calib.errors import FixError
 from omnimate.vehicle.odometry import truck_travel
-from omnimate.vehicle.recording import Poses
 from omnimate.vehicle.se2 import Array, wrap
 
 if TYPE_CHECKING:
     from omnimate.vehicle.parameters import TruckName
-    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.recording import Poses, Recording
 
 _REST_TIME = 0.1  # [s] before and after a fix at rest in which no wheel moves (assumption)
 _REST_TRAVEL = 0.5e-3  # [m] largest travel of a wheel at rest: a few counts (assumption)
@@ -26,16 +25,15 @@ class WheelsAndFixes:
         time: Time of each sample [s], shape `(N,)`.
         travel: Travel of the left and the right wheel [m], shape `(N, 2)`.
         fixes: Absolute poses with a known position.
-        radii: Nominal radii of the left and the right wheel [m], shape `(2,)`.
+        radii: Nominal radii of the left and the right wheel [m].
     """
 
     def __init__(self, recording: Recording, truck: TruckName, fixes: Poses) -> None:
         left, right, _ = truck_travel(recording, truck)
         self.time, self.travel = recording.time, np.stack([left, right], axis=-1)
         known = np.isfinite(fixes.pose[:, :2]).all(axis=1)
-        self.fixes = Poses(fixes.time[known], fixes.body[known], fixes.pose[known], fixes.sigma[known])
-        parameters = recording.vehicle.trucks[truck]
-        self.radii = 0.5 * np.array([parameters.wheel_diameter_left, parameters.wheel_diameter_right])
+        self.fixes = fixes.select(known)
+        self.radii = recording.vehicle.trucks[truck].radii
 
     def rests(self) -> list[float]:
         """Return the time [s] of the first fix of every rest, in order."""

@@ -117,7 +117,7 @@ def _relative(
 
 
 def _warn_of_frozen(recordings: list[Recording]) -> None:
-    from omnimate.calib.monitoring.channels import frozen_linkage
+    from omnimate.calib.recordings import frozen_linkage
 
     for recording in recordings:
         for advice in frozen_linkage(recording):

@@ -58,6 +58,11 @@ class Truck:
         _number("wheel_diameter_left", self.wheel_diameter_left, 0.005, 3.0, "m")
         _number("wheel_diameter_right", self.wheel_diameter_right, 0.005, 3.0, "m")
 
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Radii of the left and of the right drive wheel [m]."""
+        return 0.5 * self.wheel_diameter_left, 0.5 * self.wheel_diameter_right
+
 
 @dataclass(frozen=True, slots=True)
 class Linkage:

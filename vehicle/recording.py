@@ -49,8 +49,11 @@ class Poses:
 
     def of(self, truck: TruckName) -> Poses:
         """Return the poses of one truck."""
-        of_truck = self.body == truck
-        return Poses(self.time[of_truck], self.body[of_truck], self.pose[of_truck], self.sigma[of_truck])
+        return self.select(self.body == truck)
+
+    def select(self, rows: NDArray[np.bool_ | np.int64] | np.bool_) -> Poses:
+        """Return the poses where a mask `(M,)` is true, or those with these numbers."""
+        return Poses(self.time[rows], self.body[rows], self.pose[rows], self.sigma[rows])
 
 
 @dataclass(frozen=True, slots=True)

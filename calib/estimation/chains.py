@@ -81,8 +81,8 @@ class Problem(Protocol):
     def chains(self, coordinates: Array) -> Chains:
         """Return the chains at coordinates `(P,)`."""
 
-    def locate_fix(self, number: int) -> tuple[str, float]:
-        """Return the source and the time [s] of a measured pose."""
+    def fixes(self) -> list[tuple[str, float]]:
+        """Return the source and the time [s] of each measured pose, in the order of the chains."""
 
 
 def concatenate_chains(chains: list[Chains], lever: Array) -> Chains:

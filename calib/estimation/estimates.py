@@ -82,6 +82,7 @@ class Estimate:
         """Standard deviations `(P,)` of the coordinates."""
         return np.sqrt(np.diag(self.covariance))
 
-    def half_width(self, confidence: float = 0.95) -> float:
-        """Return half the width of an interval of this confidence, in standard deviations."""
-        return student_quantile(0.5 + 0.5 * confidence, max(self.freedom, 1.0))
+    @property
+    def half_width(self) -> float:
+        """Half the width of a 95 % interval, in standard deviations."""
+        return student_quantile(0.975, max(self.freedom, 1.0))

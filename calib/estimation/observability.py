@@ -47,8 +47,8 @@ def information_bound(information: Array, free: NDArray[np.bool_]) -> Array:
 
 def unobservable(
     coordinates: Sequence[Coordinate], information: Array, free: NDArray[np.bool_]
-) -> tuple[Held, ...]:
-    """Return the coordinates that the data identify worse than their prior does.
+) -> tuple[tuple[Held, ...], NDArray[np.bool_]]:
+    """Return the coordinates that the data identify worse than their prior does, and which are free `(P,)`.
 
     In units of the prior standard deviations, a direction with information below 1 adds nothing to the prior.
     All coordinates with a large component in it are held. A coordinate with a much better prior than the
@@ -74,7 +74,7 @@ def unobservable(
                 reason = f"these drives identify only a combination of {others}"
             held.append(Held(coordinate.name, reason, bound))
         left[inside] = False
-    return tuple(held)
+    return tuple(held), left
 
 
 def _reason(coordinate: Coordinate, bound: float) -> str:

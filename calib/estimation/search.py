@@ -64,9 +64,7 @@ def estimate(problem: Problem, hold: Collection[str] = (), known: Array | None =
     search.run(_ROBUST_ROUNDS)
     held = [Held(name, "held by request", float("nan")) for name in hold]
     while True:
-        newly_held = unobservable(problem.coordinates, search.information, search.free)
-        names = {coordinate.name for coordinate in newly_held}
-        search.free = search.free & np.array([c.name not in names for c in problem.coordinates])
+        newly_held, search.free = unobservable(problem.coordinates, search.information, search.free)
         held += newly_held
         if not search.free.any():
             raise UnobservableError(
@@ -231,7 +229,7 @@ class _Search:
 
     def result(self, held: tuple[Held, ...]) -> Estimate:
         """Return the estimate."""
-        problem = self.problem
+        problem, fixes = self.problem, self.problem.fixes()
         covariance = information_bound(self.information, self.free)
         known = [self._freedom(number, covariance) for number in range(len(self.variances))]
         # Satterthwaite (1946): the uncertainties of the variances add, each times its squared influence
@@ -250,10 +248,7 @@ class _Search:
                 for noise, variance, (freedom, _) in zip(problem.noises, self.variances, known, strict=True)
             ),
             1.0 / max(relative, 1e-6),
-            tuple(
-                DownWeighted(*problem.locate_fix(k), float(self.distance[k]), float(self.weights[k]))
-                for k in worst
-            ),
+            tuple(DownWeighted(*fixes[k], float(self.distance[k]), float(self.weights[k])) for k in worst),
             len(self.weights),
             self.rms,
         )

@@ -22,7 +22,7 @@ from omnimate.calib.linkage.drive import linkage_drive
 from omnimate.calib.linkage.problem import COORDINATES, SEPARATE, LinkageProblem
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.least_squares import PathCalibration, Quantity, quantities
-from omnimate.calib.recordings import check_one_robot
+from omnimate.calib.recordings import check_one_robot, check_one_truck
 from omnimate.vehicle.parameters import JOINTS, Linkage, Truck
 
 if TYPE_CHECKING:
@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import TruckName, VehicleParameters
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
-
-WINDOW = 0.5  # [s] of driving between two used readings (assumption: longer than the joints' noise)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,34 +59,32 @@ def calibrate_linkage(
     recordings: Sequence[Recording],
     *,
     trucks: Mapping[TruckName, PathCalibration] | None = None,
-    closures: bool = True,
     hold: Collection[str] = (),
-    window: float = WINDOW,
 ) -> LinkageCalibration:
     """Return the calibration of a robot's linkage from drives with turns.
 
     Args:
-        recordings: Recordings of one robot with a linkage.
+        recordings: Recordings of one robot with a linkage; absolute poses of both trucks at the same time
+            are used, where there are some.
         trucks: Calibrations of its trucks from absolute poses, used as known with their uncertainty.
-        closures: Whether absolute poses of both trucks at the same time are used.
         hold: Names of coordinates that stay nominal.
-        window: Time of driving between readings that are used [s].
 
     Raises:
         CalibrationError: The robots differ, there is no linkage, a channel is frozen, or the drive is too
             short.
         UnobservableError: The drives identify no parameter.
     """
-    if not recordings:
-        raise CalibrationError("linkage calibration", "no recording given")
     check_one_robot(recordings)
     vehicle = recordings[0].vehicle
+    for truck in vehicle.trucks:
+        check_one_truck(recordings, truck)
     for recording in recordings:
-        if recording.vehicle.trucks != vehicle.trucks or recording.vehicle.linkage != vehicle.linkage:
+        if recording.vehicle.linkage != vehicle.linkage:
             raise CalibrationError(
-                recording.source, f"its robot differs from that of {recordings[0].source}; expected one robot"
+                recording.source,
+                f"its linkage differs from that of {recordings[0].source}; expected one robot",
             )
-    drives = tuple(linkage_drive(recording, window, closures=closures) for recording in recordings)
+    drives = tuple(map(linkage_drive, recordings))
     known = dict(trucks or {})
     nominal = {name: known[name].truck if name in known else vehicle.trucks[name] for name in vehicle.trucks}
     problem = LinkageProblem(drives, (nominal["a"], nominal["b"]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.estimation.residuals import rotate_covariance
-from omnimate.vehicle.odometry import truck_travel
+from omnimate.calib.recordings import check_frozen
 from omnimate.vehicle.parameters import JOINTS, WHEELS
 from omnimate.vehicle.se2 import between, lever_matrix
 
@@ -21,10 +20,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Poses, Recording
     from omnimate.vehicle.se2 import Array
 
-_FROZEN_JOINT_TURN = math.radians(
-    20.0
-)  # [rad] turn of a truck after which an unchanged joint is frozen (assumption)
-_FROZEN_LINK_TRAVEL = 2.0  # [m] travel after which an unchanged link is frozen (assumption)
+WINDOW = 0.5  # [s] of driving between two used readings (assumption: longer than the joints' noise)
 _CLOSURE_TIME = 0.05  # [s] largest time difference of both trucks' poses in a loop closure (assumption)
 
 
@@ -56,13 +52,8 @@ class LinkageDrive:
     source: str
 
 
-def linkage_drive(recording: Recording, window: float, *, closures: bool) -> LinkageDrive:
-    """Return a recording as a drive with one reading for each window of driving.
-
-    Args:
-        recording: Recording of a robot with a linkage.
-        window: Time of driving between readings [s].
-        closures: Whether absolute poses of both trucks at the same time are used.
+def linkage_drive(recording: Recording) -> LinkageDrive:
+    """Return a recording of a robot with a linkage as a drive with one reading for each window of driving.
 
     Raises:
         CalibrationError: The robot has a single truck, a counter was lost, or a channel is frozen.
@@ -74,7 +65,7 @@ def linkage_drive(recording: Recording, window: float, *, closures: bool) -> Lin
     wheels = np.stack([recording.wheel_angle(wheel) for wheel in WHEELS], axis=-1)[usable]
     readings = [recording.joint_angle(joint) for joint in JOINTS]
     linkage = np.stack([*readings, recording.link_length()], axis=-1)[usable]
-    ends, closed, pairs = _events(recording, recording.time[usable], wheels, window, closures=closures)
+    ends, closed, pairs = _events(recording, recording.time[usable], wheels)
     relative, covariance = np.zeros((len(ends), 3)), np.zeros((len(ends), 3, 3))
     if pairs is not None:
         a, b = pairs
@@ -103,44 +94,23 @@ def _check(recording: Recording) -> None:
             recording.source,
             f"the counter of {lost[0]} was lost on the way (reboot or jump); use a recording without it",
         )
-    moved = {
-        channel: int(np.ptp(recording.channel_counts(channel))) for channel in recording.vehicle.channels
-    }
-    vehicle, turned_most, rolled_least = recording.vehicle, 0.0, math.inf
-    for truck in vehicle.trucks:
-        left, right, _ = truck_travel(recording, truck)
-        turn = (right - left) / vehicle.trucks[truck].wheelbase
-        turned_most = max(turned_most, float(np.ptp(turn)))
-        rolled_least = min(rolled_least, float(np.abs(np.diff(0.5 * (left + right))).sum()))
-    frozen = [wheel for wheel in WHEELS if moved[wheel] == 0]
-    frozen += [joint for joint in JOINTS if moved[joint] == 0 and turned_most > _FROZEN_JOINT_TURN]
-    frozen += (
-        ["link"]
-        if moved["link"] == 0 and rolled_least > _FROZEN_LINK_TRAVEL and turned_most > _FROZEN_JOINT_TURN
-        else []
-    )
-    if frozen:
-        raise CalibrationError(
-            recording.source,
-            f"channel {frozen[0]} never changes while the robot drives and turns: it is frozen; check its "
-            "encoder, and node, cob_id and start_bit in vehicle.toml",
-        )
+    check_frozen(recording)
 
 
 def _events(
-    recording: Recording, time: Array, wheels: Array, window: float, *, closures: bool
+    recording: Recording, time: Array, wheels: Array
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_], tuple[Poses, Poses] | None]:
     """Return the samples `(M,)` of readings and loop closures, which of them are closures, and the poses."""
     moving = np.concatenate(([True], np.any(np.diff(wheels, axis=0) != 0.0, axis=1)))
     driven = np.cumsum(moving * np.diff(time, prepend=time[0]))
-    marks = np.arange(0.0, float(driven[-1]) + 1e-9, window)
+    marks = np.arange(0.0, float(driven[-1]) + 1e-9, WINDOW)
     read = np.unique(np.searchsorted(driven, marks))
     if len(read) < 3:
         raise CalibrationError(
             recording.source,
-            f"{driven[-1]:.1f} s of driving; the linkage needs more than {2.0 * window:g} s, with turns",
+            f"{driven[-1]:.1f} s of driving; the linkage needs more than {2.0 * WINDOW:g} s, with turns",
         )
-    pairs = _pairs(recording) if closures else None
+    pairs = _pairs(recording)
     if pairs is None:
         return read, np.zeros(len(read), np.bool_), None
     at = np.clip(np.searchsorted(time, pairs[0].time), 0, len(time) - 1)
@@ -161,16 +131,12 @@ def _pairs(recording: Recording) -> tuple[Poses, Poses] | None:
     good = (np.abs(b.time[near] - a.time) < _CLOSURE_TIME) & (a.time >= first) & (a.time <= last)
     if not good.any():
         return None
-    return _select(a, np.flatnonzero(good)), _select(b, near[good])
+    return a.select(good), b.select(near[good])
 
 
 def _complete_poses(poses: Poses) -> Poses:
     known = np.isfinite(poses.pose).all(axis=1) & np.isfinite(poses.sigma).all(axis=1)
-    return _select(poses, np.flatnonzero(known))
-
-
-def _select(poses: Poses, rows: NDArray[np.int64]) -> Poses:
-    return type(poses)(poses.time[rows], poses.body[rows], poses.pose[rows], poses.sigma[rows])
+    return poses.select(known)
 
 
 def closure_covariance(pose_a: Array, pose_b: Array, sigma_a: Array, sigma_b: Array) -> Array:

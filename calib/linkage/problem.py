@@ -72,13 +72,9 @@ class LinkageProblem:
         """The roughness of the floor, and the scatter of the linkage's encoders beyond their resolution."""
         return (ROUGHNESS, JOINT, LINK)
 
-    def locate_fix(self, number: int) -> tuple[str, float]:
-        """Return the drive and the time [s] of a reading."""
-        for drive in self.drives:
-            if number < len(drive.time):
-                return drive.source, float(drive.time[number])
-            number -= len(drive.time)
-        raise IndexError(number)
+    def fixes(self) -> list[tuple[str, float]]:
+        """Return the drive and the time [s] of each reading."""
+        return [(drive.source, time) for drive in self.drives for time in drive.time.tolist()]
 
     def values(self, coordinates: Array) -> dict[str, float]:
         """Return the robot's parameters in SI units."""

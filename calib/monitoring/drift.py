@@ -9,23 +9,21 @@ after ten to forty.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.calib.errors import CalibrationError
-from omnimate.calib.monitoring.channels import check_frozen
 from omnimate.calib.monitoring.cusum import drift_monitor, stands_apart, step
-from omnimate.calib.recordings import check_one_robot, has_fixes
+from omnimate.calib.recordings import check_frozen, check_one_robot, has_fixes
 from omnimate.calib.umbmark.runs import square_runs
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.prior import MONITORING_PRIOR
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
-    from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.recording import Recording
 
 MIN_VALUES = 6  # values of a quantity from which on a shift of it can be seen
@@ -93,21 +91,6 @@ class DriftReport:
         return any(len(quantity.values) >= MIN_VALUES for quantity in self.quantities)
 
 
-@dataclass(slots=True)
-class _Values:
-    """Values and units by the name of their quantity, collected from recordings."""
-
-    values: dict[str, list[float]] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
-    sources: dict[str, list[str]] = field(default_factory=dict)
-
-    def add(self, name: str, unit: str, value: float, source: str) -> None:
-        if np.isfinite(value):
-            self.sources.setdefault(name, []).append(source)
-            self.values.setdefault(name, []).append(float(value))
-            self.units[name] = unit
-
-
 def monitor_drift(recordings: Sequence[Recording], false_alarm: float = FALSE_ALARM) -> DriftReport:
     """Return whether recordings of one robot show that its calibration has drifted.
 
@@ -121,22 +104,18 @@ def monitor_drift(recordings: Sequence[Recording], false_alarm: float = FALSE_AL
             channel is frozen.
         LinkageChannelError: A channel of the linkage was never read, or was frozen.
     """
-    if not recordings:
-        raise CalibrationError("drift", "no recording given")
     ordered = sorted(recordings, key=lambda recording: float(recording.time[0]))
     check_one_robot(ordered)
     used = _since_calibration(ordered)
-    collected = _Values()
+    collected: dict[tuple[str, str], list[tuple[float, str]]] = {}
     for recording in used:
         check_frozen(recording)
-        _add_returns(collected, recording)
-        _add_learned(collected, recording)
-    each = false_alarm * max(1, len(collected.values))
-    quantities = [
-        _monitor(name, collected.units[name], values, collected.sources[name], each)
-        for name, values in collected.values.items()
-    ]
-    return DriftReport(tuple(quantities), len(used), len(ordered) - len(used))
+        for name, unit, value, source in (*_returns(recording), *_learned(recording)):
+            if math.isfinite(value):
+                collected.setdefault((name, unit), []).append((value, source))
+    each = false_alarm * max(1, len(collected))
+    quantities = tuple(_monitor(name, unit, values, each) for (name, unit), values in collected.items())
+    return DriftReport(quantities, len(used), len(ordered) - len(used))
 
 
 def _since_calibration(recordings: Sequence[Recording]) -> Sequence[Recording]:
@@ -146,42 +125,39 @@ def _since_calibration(recordings: Sequence[Recording]) -> Sequence[Recording]:
     return recordings[others[-1] + 1 :] if others else recordings
 
 
-def _add_returns(collected: _Values, recording: Recording) -> None:
-    """Add the return errors of the laps, where there are laps with fixes."""
+def _returns(recording: Recording) -> Iterator[tuple[str, str, float, str]]:
+    """Yield the return errors of the laps, where there are laps with fixes: name, unit, value and source."""
     for truck, size in recording.vehicle.trucks.items():
         if recording.run is None or not has_fixes(recording, truck):
             continue
         for run in square_runs(recording, truck):
-            for axis, value in zip("xy", run.return_error(size)[:2].tolist(), strict=True):
-                collected.add(
-                    f"return error of truck {truck}, {run.direction}, {axis}", "m", value, run.source
-                )
-            heading = float(run.return_error(size)[2])
-            collected.add(f"return heading of truck {truck}, {run.direction}", "rad", heading, run.source)
+            x, y, heading = run.return_error(size).tolist()
+            what = f"of truck {truck}, {run.direction}"
+            yield f"return error {what}, x", "m", x, run.source
+            yield f"return error {what}, y", "m", y, run.source
+            yield f"return heading {what}", "rad", heading, run.source
 
 
-def _add_learned(collected: _Values, recording: Recording) -> None:
-    """Add the wheelbases and diameter ratios that the filter learns, where the robot has a linkage."""
+def _learned(recording: Recording) -> Iterator[tuple[str, str, float, str]]:
+    """Yield the wheelbases and diameter ratios that the filter learns, where the robot has a linkage."""
     if recording.vehicle.linkage is None:
         return
     slow = estimate(recording, prior=MONITORING_PRIOR).slow
-    names: tuple[TruckName, ...] = ("a", "b")
-    for number, truck in enumerate(names):
+    for number, truck in enumerate(recording.vehicle.trucks):
         left, right = slow.wheel[2 * number : 2 * number + 2].tolist()
-        values = {"wheelbase": slow.wheelbase[number], "diameter ratio": right - left}
-        for kind, value in values.items():
-            name = f"{kind} of truck {truck} beside the file, by the linkage"
-            collected.add(name, "1", value, recording.source)
+        what = f"of truck {truck} beside the file, by the linkage"
+        yield f"wheelbase {what}", "1", float(slow.wheelbase[number]), recording.source
+        yield f"diameter ratio {what}", "1", right - left, recording.source
 
 
 def _monitor(
-    name: str, unit: str, values: Sequence[float], sources: Sequence[str], false_alarm: float
+    name: str, unit: str, values: Sequence[tuple[float, str]], false_alarm: float
 ) -> MonitoredQuantity:
-    """Return the result of a monitor that gets the values one by one, up to its first alarm."""
+    """Return the result of a monitor that gets values, each with its source, up to its first alarm."""
     monitor, highest, since = drift_monitor(false_alarm), 0.0, None
     begun = {"above": 1, "below": 1}  # the first value since each sum was zero
     apart = []
-    for number, (value, source) in enumerate(zip(values, sources, strict=True), start=1):
+    for number, (value, source) in enumerate(values, start=1):
         if stands_apart(monitor, value):
             apart.append(source)
         monitor = step(monitor, value)
@@ -192,4 +168,5 @@ def _monitor(
         if monitor.alarm:
             since = begun["above" if monitor.above > monitor.below else "below"]
             break
-    return MonitoredQuantity(name, unit, tuple(values), highest, monitor.threshold, since, tuple(apart))
+    series = tuple(value for value, _ in values)
+    return MonitoredQuantity(name, unit, series, highest, monitor.threshold, since, tuple(apart))

@@ -130,9 +130,7 @@ def assess(name: str, truck: Truck, space: Space, drives: Sequence[PlannedDrive]
     filtered, _ = chains.filtered(variances, np.ones(len(chains.first)))
     slope = filtered.innovation[:, :, 1:]
     information = np.tensordot(slope, filtered.precision @ slope, ((0, 1), (0, 1)))
-    held = unobservable(problem.coordinates, information, np.ones(3, np.bool_))
-    lost = {coordinate.name for coordinate in held}
-    free = np.array([coordinate.name not in lost for coordinate in problem.coordinates])
+    held, free = unobservable(problem.coordinates, information, np.ones(3, np.bool_))
     bound = information_bound(information, free)
     sigma = np.where(free, np.sqrt(np.diag(bound)), np.nan)
     residual_error = _residual_error(truck, bound) if free[0] and free[2] else math.nan

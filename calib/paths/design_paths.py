@@ -63,8 +63,7 @@ class PlannedDrive:
 
     def measured(self, sigma: Array, source: str) -> Drive:
         """Return the measured drive; its fixes have standard deviations `(3,)`, nan where not measured."""
-        diameters = np.array([self.truck.wheel_diameter_left, self.truck.wheel_diameter_right])
-        readings = np.vstack([np.zeros((1, 2)), np.cumsum(self.travel, axis=0) / (0.5 * diameters)])
+        readings = np.vstack([np.zeros((1, 2)), np.cumsum(self.travel, axis=0) / self.truck.radii])
         time = np.arange(len(readings), dtype=np.float64) * (_TRAVEL_STEP / SPEED)
         count = len(self.fixes)
         pose = np.tile(np.where(np.isfinite(sigma), 0.0, np.nan), (count, 1))

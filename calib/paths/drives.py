@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.calib.errors import CalibrationError, FixError
-from omnimate.calib.recordings import check_one_robot
+from omnimate.calib.recordings import check_one_robot, check_one_truck, check_wheels
 from omnimate.vehicle.odometry import truck_travel, wheels_of
 
 if TYPE_CHECKING:
@@ -19,10 +19,6 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.recording import Poses, Recording
     from omnimate.vehicle.se2 import Array
-
-_FROZEN_WHEEL_TRAVEL = (
-    0.5  # [m] travel of the other wheel after which an unchanged wheel is frozen (assumption)
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,17 +66,8 @@ def drives_of(recordings: Sequence[Recording], truck: TruckName = "a") -> tuple[
             moves.
         FixError: There are too few poses, or they are on another clock.
     """
-    if not recordings:
-        raise CalibrationError("calibration", "no recording given")
     check_one_robot(recordings)
-    for recording in recordings:
-        check_truck(recording, truck)
-        if recording.vehicle.trucks[truck] != recordings[0].vehicle.trucks[truck]:
-            raise CalibrationError(
-                recording.source,
-                f"truck {truck} differs from that of {recordings[0].source}; expected recordings of one "
-                "robot with one vehicle.toml: leave out those from before a calibration",
-            )
+    check_one_truck(recordings, truck)
     return tuple(drive for recording in recordings for drive in _drives(recording, truck))
 
 
@@ -101,19 +88,11 @@ def thin_fixes(drive: Drive, spacing: float) -> Drive:
     return replace(drive, fix_time=drive.fix_time[kept], pose=drive.pose[kept], sigma=drive.sigma[kept])
 
 
-def check_truck(recording: Recording, truck: TruckName) -> None:
-    """Raise an error if the robot of a recording has no such truck.
-
-    Raises:
-        CalibrationError: The robot has no such truck.
-    """
-    if truck not in recording.vehicle.trucks:
-        raise CalibrationError(recording.source, f"the robot {recording.vehicle.name} has no truck {truck}")
-
-
 def _drives(recording: Recording, truck: TruckName) -> list[Drive]:
     left, right, present = truck_travel(recording, truck)
-    _check_wheels(recording, truck, left, right)
+    if not (np.ptp(left) or np.ptp(right)):
+        raise CalibrationError(recording.source, f"neither wheel of truck {truck} moves; drive first")
+    check_wheels(recording, truck)
     fixes = _fixes(recording, truck)
     angles = np.stack([recording.wheel_angle(wheel) for wheel in wheels_of(truck)], axis=-1)[present]
     time = recording.time[present]
@@ -151,20 +130,6 @@ def _moving(angles: Array) -> NDArray[np.bool_]:
     return moving
 
 
-def _check_wheels(recording: Recording, truck: TruckName, left: Array, right: Array) -> None:
-    """Raise an error if a wheel never moves while the other one does."""
-    travels = [float(np.abs(np.diff(wheel)).sum()) for wheel in (left, right)]
-    for wheel, travel, other in zip(wheels_of(truck), travels, reversed(travels), strict=True):
-        if travel == 0.0 and other > _FROZEN_WHEEL_TRAVEL:
-            raise CalibrationError(
-                recording.source,
-                f"wheel {wheel} never moves while the other one rolls {other:.1f} m: its channel is frozen; "
-                "check its encoder, and node, cob_id and start_bit in vehicle.toml",
-            )
-    if max(travels) == 0.0:
-        raise CalibrationError(recording.source, f"neither wheel of truck {truck} moves; drive first")
-
-
 def _fixes(recording: Recording, truck: TruckName) -> Poses:
     """Return the truck's absolute poses within the recording's time that have a known component."""
     if recording.poses is None or not np.any(recording.poses.body == truck):
@@ -188,4 +153,4 @@ def _fixes(recording: Recording, truck: TruckName) -> Poses:
         raise FixError(
             recording.source, f"{inside.sum()} known pose(s) of truck {truck} in its time; two are needed"
         )
-    return type(poses)(poses.time[inside], poses.body[inside], poses.pose[inside], poses.sigma[inside])
+    return poses.select(inside)

@@ -7,12 +7,12 @@ between them with their derivatives.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
+from omnimate.calib.apply import corrected_truck
 from omnimate.calib.estimation.chains import Coordinate, NoiseSource
 from omnimate.vehicle.arcs import arc, arc_jacobian
 from omnimate.vehicle.floor import floor_covariance
@@ -95,17 +95,15 @@ class Differential:
 
     def truck_at(self, coordinates: Array) -> Truck:
         """Return the truck at coordinates `(3,)`."""
+        e_b, e_s, e_d = np.exp(coordinates).tolist()
         truck = self.truck
-        mean = 0.5 * (truck.wheel_diameter_left + truck.wheel_diameter_right) * math.exp(coordinates[1])
-        ratio = truck.wheel_diameter_right / truck.wheel_diameter_left * math.exp(coordinates[2])
-        left = 2.0 * mean / (ratio + 1.0)
-        return Truck(truck.wheelbase * math.exp(coordinates[0]), left, ratio * left)
+        scaled = Truck(truck.wheelbase, truck.wheel_diameter_left * e_s, truck.wheel_diameter_right * e_s)
+        return corrected_truck(scaled, e_b, e_d)
 
     def steps(self, readings: Array, coordinates: Array) -> Steps:
         """Return the steps between wheel angles `(G, 2)` [rad]; U (2.2) along exact arcs."""
         truck = self.truck_at(coordinates)
-        diameters = np.array([truck.wheel_diameter_left, truck.wheel_diameter_right])
-        travel = np.diff(readings, axis=0) * (0.5 * diameters)
+        travel = np.diff(readings, axis=0) * truck.radii
         left, right = travel.T
         ratio = truck.wheel_diameter_right / truck.wheel_diameter_left
         changes = np.zeros((len(travel), 3, 3))  # of left, right and wheelbase by each coordinate

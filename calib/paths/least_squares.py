@@ -159,7 +159,7 @@ def quantities(
     steps = _DERIVATIVE_STEP * np.eye(count)
     ahead = [values(place + step) for step in steps]
     behind = [values(place - step) for step in steps]
-    width = result.half_width()
+    width = result.half_width
     listed = []
     for name in value:
         slope = np.array([high[name] - low[name] for high, low in zip(ahead, behind, strict=True)])

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.calib.advice import Advice
+from omnimate.calib.distributions import MAD_TO_SIGMA
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.estimation.residuals import Residuals, outlier_weights
-from omnimate.calib.outliers import outlying_runs
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from omnimate.calib.paths.reference import ReferenceProblem
     from omnimate.vehicle.se2 import Array
 
@@ -22,6 +24,8 @@ _TENFOLD = float(np.log(10.0))  # squared residuals of a run over the median run
 _HOPELESS = 100.0  # squared distance from which on no drive fits, and a cause is looked for
 _BETTER = 10.0  # times smaller must a squared distance be with an error corrected, for it to be the cause
 _SHIFTS = np.delete(np.arange(-20, 21), 20) / 10.0  # [s] errors of the clock that are tried
+_LIMIT = 3.5  # [standard deviations] beyond it, a number is an outlier: Iglewicz & Hoaglin (1993)
+_FEWEST = 3  # runs from which on one can differ from the others
 _MEDIAN = 0.79  # median of chi^2 per degree of freedom, for three degrees
 
 
@@ -53,7 +57,7 @@ def without_misfits(
         CalibrationError: No drive fits, and there is a cause: swapped wheels, or a wrong clock.
     """
     squares = np.maximum(squared_distances(problem, coordinates), 1.0)
-    outlying = outlying_runs(np.log(squares), _TENFOLD)
+    outlying = _outlying(np.log(squares))
     if np.median(squares) > _HOPELESS:
         cause = _cause(problem, coordinates)
         if cause is not None and not (problem.with_time and "clock" in cause):
@@ -69,6 +73,19 @@ def without_misfits(
         advice.append(Advice("warning", what, why))
     kept = tuple(drive for drive, out in zip(problem.drives, outlying, strict=True) if not out)
     return replace(problem, drives=kept), tuple(advice)
+
+
+def _outlying(values: Array) -> NDArray[np.bool_]:
+    """Return which of N numbers `(N,)` lie above the median by 3.5 robust standard deviations and `_TENFOLD`.
+
+    The standard deviation is that of the median absolute deviation, which fewer than half of the runs cannot
+    change; of few runs it may be small by chance, so that a distance is required as well.
+    """
+    if len(values) < _FEWEST:
+        return np.zeros(len(values), bool)
+    away = values - np.median(values)
+    sigma = MAD_TO_SIGMA * float(np.median(np.abs(away)))
+    return np.asarray(away > max(_LIMIT * sigma, _TENFOLD), bool)
 
 
 def _cause(problem: ReferenceProblem, coordinates: Array) -> str | None:

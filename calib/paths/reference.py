@@ -73,13 +73,9 @@ class ReferenceProblem:
         """Noise of the kinematics, then position, heading and time of poses without a stated sigma."""
         return (*self.kinematics.noises, POSITION, HEADING, STAMP)
 
-    def locate_fix(self, number: int) -> tuple[str, float]:
-        """Return the drive and the time [s] of a fix."""
-        for drive in self.drives:
-            if number < len(drive.fix_time):
-                return drive.source, float(drive.fix_time[number])
-            number -= len(drive.fix_time)
-        raise IndexError(number)
+    def fixes(self) -> list[tuple[str, float]]:
+        """Return the drive and the time [s] of each fix."""
+        return [(drive.source, time) for drive in self.drives for time in drive.fix_time.tolist()]
 
     def chains(self, coordinates: Array) -> Chains:
         """Return a chain for each drive, one after the other."""

@@ -19,11 +19,11 @@ from scipy.stats import chi2
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.estimation.chains import Coordinate
 from omnimate.calib.estimation.estimates import Estimate
+from omnimate.calib.estimation.filtering import join_steps
 from omnimate.calib.estimation.observability import information_bound, unobservable
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.least_squares import quantities
 from omnimate.calib.relative.motions import missing_motion
-from omnimate.vehicle.arcs import integrate
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.odometry import truck_travel
 from omnimate.vehicle.se2 import between, compose, inverse, rotation, transport, wrap
@@ -75,63 +75,32 @@ class RelativeCalibration:
     outlying: int
 
 
-@dataclass(frozen=True, slots=True)
-class _Moves:
-    """The robot's motions by its wheels, at given coordinates of the truck.
+class _Wheels:
+    """The wheels' angles through all motions.
 
     Attributes:
-        pose: The robot's motion, `(K, 3)`.
-        jacobian: Its derivative by the truck's coordinates, in the frame at its end, `(K, 3, 3)`.
-        noise: Its covariance for a roughness of 1 m/sqrt(m), in the frame at its end, `(K, 3, 3)`.
+        travel: Nominal travel of the left and the right wheel in each motion [m], `(K, 2)`.
     """
 
-    pose: Array
-    jacobian: Array
-    noise: Array
-
-
-class _Wheels:
-    """The wheels' angles through all motions."""
-
     def __init__(self, time: Array, readings: Array, truck: Truck, motions: Motions) -> None:
-        inside = (time > motions.start[0]) & (time < motions.end[-1])
-        known, time = time, np.unique(np.concatenate([time[inside], motions.start, motions.end]))
-        angles = [np.interp(time, known, column) for column in readings.T]
-        radii = 0.5 * truck.wheel_diameter_left, 0.5 * truck.wheel_diameter_right
-        self._readings = np.column_stack(angles)
-        self._first, self._last = np.searchsorted(time, motions.start), np.searchsorted(time, motions.end)
-        counts = self._last - self._first
-        self._step = np.concatenate(
-            [np.arange(first, last) for first, last in zip(self._first, self._last, strict=True)]
-        )
-        self._end = np.repeat(self._last, counts)
-        self._begins = np.concatenate([[0], np.cumsum(counts)[:-1]])
-        self.travel = (self._readings[self._last] - self._readings[self._first]) * np.array(radii)
+        grid = np.unique(np.concatenate([time, motions.start, motions.end]))
+        self._readings = np.column_stack([np.interp(grid, time, column) for column in readings.T])
+        first, last = np.searchsorted(grid, motions.start), np.searchsorted(grid, motions.end)
+        self._ends = first.astype(np.float64), last.astype(np.float64)
+        self.travel = (self._readings[last] - self._readings[first]) * truck.radii
 
-    def moves(self, model: Differential, coordinates: Array) -> _Moves:
-        """Return the robot's motions at coordinates of the truck."""
-        steps = model.steps(self._readings, coordinates)
-        path = integrate(steps.increment)
-        carried = transport(between(path[self._step + 1], path[self._end]))
-        jacobian = carried @ steps.jacobian[self._step]
-        noise = carried @ steps.noise[self._step].sum(axis=1) @ carried.transpose(0, 2, 1)
-        return _Moves(
-            between(path[self._first], path[self._last]),
-            np.add.reduceat(jacobian, self._begins),
-            np.add.reduceat(noise, self._begins),
-        )
+    def moves(self, model: Differential, coordinates: Array) -> tuple[Array, Array, Array]:
+        """Return the robot's motions at coordinates of the truck, with slopes and noise as `join_steps`."""
+        return join_steps(*self._ends, *model.steps(self._readings, coordinates))
 
 
-def calibrate_relative(
-    recording: Recording, motions: Motions, truck: TruckName = "a", roughness: float = CONCRETE_ROUGHNESS
-) -> RelativeCalibration:
+def calibrate_relative(recording: Recording, motions: Motions, truck: TruckName) -> RelativeCalibration:
     """Return the calibration of a truck and of a sensor's pose on it by relative poses of the sensor.
 
     Args:
         recording: The wheels; absolute poses are not needed.
         motions: Relative poses of the sensor, one after the other.
         truck: Name of the truck.
-        roughness: Of the floor [m/sqrt(m)].
 
     Raises:
         CalibrationError: There are too few motions, they overlap or are not within the recording, or nothing
@@ -139,14 +108,10 @@ def calibrate_relative(
     """
     sizes = recording.vehicle.trucks[truck]
     left, right, _ = truck_travel(recording, truck)
-    diameters = np.array([sizes.wheel_diameter_left, sizes.wheel_diameter_right])
-    angles = np.column_stack([left, right]) / (0.5 * diameters)
-    return calibrate_wheels(recording.time, angles, sizes, motions, roughness)
+    return calibrate_wheels(recording.time, np.column_stack([left, right]) / sizes.radii, sizes, motions)
 
 
-def calibrate_wheels(
-    time: Array, readings: Array, truck: Truck, motions: Motions, roughness: float = CONCRETE_ROUGHNESS
-) -> RelativeCalibration:
+def calibrate_wheels(time: Array, readings: Array, truck: Truck, motions: Motions) -> RelativeCalibration:
     """Return the calibration of a truck by the angles of its wheels, as `calibrate_relative`.
 
     Args:
@@ -154,7 +119,6 @@ def calibrate_wheels(
         readings: Angles of the left and the right wheel [rad], `(N, 2)`.
         truck: The nominal truck.
         motions: Relative poses of the sensor, one after the other.
-        roughness: Of the floor [m/sqrt(m)].
 
     Raises:
         CalibrationError: As `calibrate_relative`.
@@ -163,21 +127,19 @@ def calibrate_wheels(
     wheels = _Wheels(time, readings, truck, motions)
     model = Differential(truck)
     size = len(model.coordinates)
-    coordinates, sensor = np.zeros(size), _start(wheels.moves(model, np.zeros(size)).pose, motions.pose)
+    coordinates, moves = np.zeros(size), wheels.moves(model, np.zeros(size))
+    sensor = _start(moves[0], motions.pose)
     parameters = (*model.coordinates, *SENSOR)
-    free = np.ones(len(parameters), np.bool_)
-    information, _, _ = _linear(wheels.moves(model, coordinates), motions, sensor, roughness)
-    held = unobservable(parameters, information, free)
-    missing = missing_motion(wheels.travel[:, 0], wheels.travel[:, 1], truck.wheelbase) if held else None
-    names = {coordinate.name for coordinate in held}
-    free = np.array([parameter.name not in names for parameter in parameters])
+    information, _, _ = _linear(moves, motions, sensor)
+    held, free = unobservable(parameters, information, np.ones(len(parameters), np.bool_))
+    missing = missing_motion(wheels.travel, truck.wheelbase) if held else None
     if not free.any():
         raise CalibrationError(
             motions.source, f"the motions identify nothing; {missing or 'drive more, with turns'}"
         )
     sensor = np.where(free[size:], sensor, 0.0)
     for _ in range(MAX_ROUNDS):
-        information, score, weights = _linear(wheels.moves(model, coordinates), motions, sensor, roughness)
+        information, score, weights = _linear(wheels.moves(model, coordinates), motions, sensor)
         bound = information_bound(information, free)
         step = bound @ np.where(free, score, 0.0)
         coordinates = coordinates + step[:size]
@@ -218,15 +180,16 @@ def _start(moves: Array, seen: Array) -> Array:
     return np.array([solved[0], solved[1], math.atan2(solved[3], solved[2])])
 
 
-def _linear(moves: _Moves, motions: Motions, sensor: Array, roughness: float) -> tuple[Array, Array, Array]:
+def _linear(moves: tuple[Array, Array, Array], motions: Motions, sensor: Array) -> tuple[Array, Array, Array]:
     """Return information `(6, 6)`, score `(6,)` and the weights `(K,)` of the motions, at a linearisation."""
-    predicted = compose(compose(inverse(sensor), moves.pose), sensor)
+    moved, slopes, noise = moves
+    predicted = compose(compose(inverse(sensor), moved), sensor)
     residual = between(predicted, motions.pose)
     residual[:, 2] = wrap(residual[:, 2])
     into = transport(sensor)
     by_sensor = np.eye(3) - transport(predicted)
-    jacobian = np.concatenate([into @ moves.jacobian, by_sensor], axis=2)
-    covariance = roughness**2 * (into @ moves.noise @ into.T)
+    jacobian = np.concatenate([into @ slopes, by_sensor], axis=2)
+    covariance = CONCRETE_ROUGHNESS**2 * (into @ noise.sum(axis=0) @ into.T)
     covariance = covariance + motions.sigma[:, :, np.newaxis] ** 2 * np.eye(3)
     whitening = np.linalg.inv(np.linalg.cholesky(covariance))
     white, slopes = (whitening @ residual[:, :, np.newaxis])[:, :, 0], whitening @ jacobian

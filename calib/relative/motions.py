@@ -79,17 +79,15 @@ def _row(path: Path, number: int, line: dict[str, str]) -> list[float]:
     return row
 
 
-def missing_motion(left: Array, right: Array, wheelbase: float) -> str | None:
+def missing_motion(travel: Array, wheelbase: float) -> str | None:
     """Return the only kind of motion and which to add; None if there are several kinds.
 
     One kind of motion does not identify all parameters (Censi et al. 2013, section IV).
 
     Args:
-        left: Travel of the left wheel in each motion [m], `(K,)`.
-        right: Likewise of the right wheel.
+        travel: Travel of the left and the right wheel in each motion [m], `(K, 2)`.
         wheelbase: Wheelbase [m].
     """
-    travel = np.column_stack([left, right])
     squares = travel.T @ travel
     if np.abs(travel).sum(axis=0).max() < _MIN_TRAVEL:
         return "the robot stands still: drive arcs of several radii"

@@ -18,7 +18,7 @@ from omnimate.calib.distributions import normal_probability, student_quantile
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.scatter import MIRROR, scatter_of, weights_of
 from omnimate.calib.umbmark.square import fit_factors
-from omnimate.calib.umbmark.uncertainty import Uncertainty, between_limits, factors_at
+from omnimate.calib.umbmark.uncertainty import CONFIDENCE, Uncertainty, between_limits, factors_at
 
 if TYPE_CHECKING:
     from omnimate.calib.umbmark.experiment import Calibration
@@ -50,9 +50,7 @@ class Bootstrap:
     uncertainty: Uncertainty
 
 
-def bootstrap(
-    calibration: Calibration, confidence: float = 0.95, resamples: int = RESAMPLES, seed: int = 0
-) -> Bootstrap:
+def bootstrap(calibration: Calibration, resamples: int = RESAMPLES, seed: int = 0) -> Bootstrap:
     """Return resampled factors and their percentile intervals; the same seed draws the same resamples.
 
     Raises:
@@ -76,10 +74,10 @@ def bootstrap(
     else:
         centres = np.stack([cw.mean(axis=1), ccw.mean(axis=1)], axis=1)
         factors = factors_at(experiment, correction.method, centres, start)
-    tail = normal_probability(student_quantile(0.5 - 0.5 * confidence, scatter.freedom))
+    tail = normal_probability(student_quantile(0.5 - 0.5 * CONFIDENCE, scatter.freedom))
     low, high = np.quantile(factors, [tail, 1.0 - tail], axis=0)
     covariance = np.cov(factors.T)
-    return Bootstrap(factors, between_limits(calibration, covariance, scatter.freedom, confidence, low, high))
+    return Bootstrap(factors, between_limits(calibration, covariance, scatter.freedom, CONFIDENCE, low, high))
 
 
 def _draw(chance: np.random.Generator, deviations: Array, resamples: int, runs: int) -> Array:

@@ -8,11 +8,11 @@ corners.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from omnimate.calib.apply import corrected_truck
+from omnimate.calib.apply import corrected_truck, factors_between
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.printed import Correction
 from omnimate.calib.umbmark.scatter import scatter_of, weights_of
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from omnimate.calib.umbmark.return_errors import ReturnErrors
     from omnimate.vehicle.parameters import Truck
     from omnimate.vehicle.se2 import Array
+
+ExactMethod = Literal["exact", "weighted"]
 
 _MAX_RETURN_SIDES = 1.5  # [sides of the square] largest E_max,syst of a driven square (assumption)
 _MAX_LOG_FACTOR = math.log(1.5)  # log of the largest E_b or E_d; beyond it the solution is not unique
@@ -35,28 +37,22 @@ def square_returns(believed: Truck, actual: Truck, side: float) -> Array:
         actual: True parameters of the truck.
         side: Length of each side of the square [m].
     """
-    scales = np.array(
-        [
-            actual.wheel_diameter_left / believed.wheel_diameter_left,
-            actual.wheel_diameter_right / believed.wheel_diameter_right,
-            actual.wheelbase / believed.wheelbase,
-        ]
-    )
-    return square_ends(believed, side, scales)[0]
+    factors = factors_between(believed, actual)
+    return square_ends(believed, side, np.array([factors.c_left, factors.c_right, factors.e_b]))[0]
 
 
-def position_weights(errors: ReturnErrors) -> Array:
-    """Return weights `(2, 3)` that leave the headings out and weigh all positions equally."""
-    runs = np.sqrt([[len(errors.cw)], [len(errors.ccw)]])
-    return np.asarray(runs / errors.side * [1.0, 1.0, 0.0], np.float64)
+def weights_of_centres(errors: ReturnErrors, method: ExactMethod) -> Array:
+    """Return the weights `(2, 3)` of x, y and theta of both centres of gravity.
 
-
-def scatter_weights(errors: ReturnErrors) -> Array:
-    """Return weights `(2, 3)` of positions and headings from the scatter of the measured runs.
+    "exact" leaves the headings out and weighs all positions equally; "weighted" weighs positions and headings
+    by the scatter of the runs.
 
     Raises:
-        CalibrationError: A heading is missing, or each direction has only a single run.
+        CalibrationError: "weighted" lacks a heading, or each direction has only a single run.
     """
+    runs = len(errors.cw), len(errors.ccw)
+    if method == "exact":
+        return np.outer(np.sqrt(runs) / errors.side, [1.0, 1.0, 0.0])
     scatter = scatter_of(errors)
     if not errors.has_headings:
         raise CalibrationError(errors.source, "headings are wanted, but some run has none")
@@ -64,40 +60,21 @@ def scatter_weights(errors: ReturnErrors) -> Array:
         raise CalibrationError(
             errors.source, "one run in each direction has no scatter to weigh it by: drive five"
         )
-    return weights_of(scatter.sigma, (len(errors.cw), len(errors.ccw)), errors.side)
+    return weights_of(scatter.sigma, runs, errors.side)
 
 
-def solve_exact(errors: ReturnErrors, truck: Truck, sigma: Array | None = None) -> Correction:
+def solve_exact(errors: ReturnErrors, truck: Truck, method: ExactMethod = "exact") -> Correction:
     """Return the correction whose exact chain fits the two centres of gravity best.
 
     Args:
         errors: Return errors of the runs.
         truck: Nominal parameters, with which the odometry was calculated.
-        sigma: Standard deviations of x, y [m] and theta [rad] of one run for the weights, shape `(3,)`;
-            without them the headings are left out and all positions weigh the same.
+        method: How x, y and headings are weighed, see `weights_of_centres`.
 
     Raises:
-        CalibrationError: No robot fits the errors, or `sigma` is given and a heading is missing.
+        CalibrationError: No robot fits the errors, or a heading or the scatter is missing.
     """
-    if sigma is None:
-        return _solve(errors, truck, position_weights(errors), weighted=False)
-    if not errors.has_headings:
-        raise CalibrationError(errors.source, "headings are wanted, but some run has none")
-    weights = weights_of(np.asarray(sigma, np.float64), (len(errors.cw), len(errors.ccw)), errors.side)
-    return _solve(errors, truck, weights, weighted=True)
-
-
-def solve_weighted(errors: ReturnErrors, truck: Truck) -> Correction:
-    """Return the correction that fits x, y and headings, each weighed by its scatter.
-
-    Raises:
-        CalibrationError: No robot fits the errors, a heading is missing, or the scatter is unknown.
-    """
-    return _solve(errors, truck, scatter_weights(errors), weighted=True)
-
-
-def _solve(errors: ReturnErrors, truck: Truck, weights: Array, *, weighted: bool) -> Correction:
-    logs, converged = fit_factors(errors.centres, weights, truck, errors.side)
+    logs, converged = fit_factors(errors.centres, weights_of_centres(errors, method), truck, errors.side)
     far = errors.e_max_syst > _MAX_RETURN_SIDES * errors.side
     if far or not converged or np.abs(logs).max() > _MAX_LOG_FACTOR:
         raise CalibrationError(
@@ -107,7 +84,7 @@ def _solve(errors: ReturnErrors, truck: Truck, weights: Array, *, weighted: bool
         )
     e_b, e_d = (math.exp(log) for log in logs)
     actual = corrected_truck(truck, e_b, e_d)
-    right = actual.wheel_diameter_right / truck.wheel_diameter_right
-    left = actual.wheel_diameter_left / truck.wheel_diameter_left
-    alpha, beta = 0.5 * math.pi * (1.0 - 1.0 / e_b), errors.side * (right - left) / actual.wheelbase
-    return Correction("weighted" if weighted else "exact", alpha, beta, e_b, e_d)
+    factors = factors_between(truck, actual)
+    alpha = 0.5 * math.pi * (1.0 - 1.0 / e_b)
+    beta = errors.side * (factors.c_right - factors.c_left) / actual.wheelbase
+    return Correction(method, alpha, beta, e_b, e_d)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
-from omnimate.calib.apply import corrected_truck
+from omnimate.calib.apply import corrected_truck, factors_between
 from omnimate.calib.errors import CalibrationError
-from omnimate.calib.recordings import check_one_robot
-from omnimate.calib.umbmark.exact import solve_exact, solve_weighted, square_returns
+from omnimate.calib.recordings import check_one_robot, check_one_truck
+from omnimate.calib.umbmark.exact import solve_exact, square_returns
 from omnimate.calib.umbmark.printed import Correction, Method, solve_printed
 from omnimate.calib.umbmark.return_errors import ReturnErrors
 from omnimate.calib.umbmark.runs import SquareRun, return_errors, square_runs
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from omnimate.calib.apply import Factors
     from omnimate.calib.umbmark.runs import SquareDirection
     from omnimate.vehicle.parameters import Truck, TruckName
     from omnimate.vehicle.recording import Recording
@@ -86,14 +87,9 @@ class Calibration:
     errors: ReturnErrors
 
     @property
-    def c_left(self) -> float:
-        """Factor of the left wheel's diameter, U (4.33); (4.31) where both were equal."""
-        return self.truck.wheel_diameter_left / self.experiment.truck.wheel_diameter_left
-
-    @property
-    def c_right(self) -> float:
-        """Factor of the right wheel's diameter, U (4.33); (4.32) where both were equal."""
-        return self.truck.wheel_diameter_right / self.experiment.truck.wheel_diameter_right
+    def factors(self) -> Factors:
+        """Factors from the nominal parameters to the corrected ones."""
+        return factors_between(self.experiment.truck, self.truck)
 
 
 def usable_methods(errors: ReturnErrors) -> tuple[Method, ...]:
@@ -111,10 +107,8 @@ def calibrate(experiment: Experiment, method: Method = "exact") -> Calibration:
         CalibrationError: The method cannot explain the errors.
     """
     errors, truck = experiment.errors, experiment.truck
-    if method == "exact":
-        correction = solve_exact(errors, truck)
-    elif method == "weighted":
-        correction = solve_weighted(errors, truck)
+    if method == "exact" or method == "weighted":  # noqa: PLR1714  # the type checker narrows this form only
+        correction = solve_exact(errors, truck, method)
     else:
         correction = solve_printed(errors, truck.wheelbase, method)
     corrected = corrected_truck(truck, correction.e_b, correction.e_d)
@@ -134,18 +128,10 @@ def experiment_of_recordings(
     Raises:
         CalibrationError: Laps, fixes or a direction are missing, or the recordings are of different robots.
     """
-    source = ", ".join(recording.source for recording in recordings)
     check_one_robot(recordings)
-    truck = recordings[0].vehicle.trucks.get(name)
-    for recording in recordings[1:]:
-        if recording.vehicle.trucks.get(name) != truck:
-            raise CalibrationError(
-                recording.source,
-                f"truck {name} differs from that of {recordings[0].source}; expected one robot with one "
-                "vehicle.toml: leave out those from before a calibration, or give one for all as --vehicle",
-            )
-    if truck is None:
-        raise CalibrationError(source, f"the robot has no truck {name}")
+    check_one_truck(recordings, name)
+    source = ", ".join(recording.source for recording in recordings)
+    truck = recordings[0].vehicle.trucks[name]
     runs = tuple(run for recording in recordings for run in square_runs(recording, name))
     return experiment_of_runs(source, truck, _side(recordings) if side is None else side, runs)
 

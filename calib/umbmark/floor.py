@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from omnimate.calib.distributions import chi2_quantile
-from omnimate.calib.umbmark.uncertainty import Interval
+from omnimate.calib.umbmark.uncertainty import CONFIDENCE, Interval
 from omnimate.vehicle.floor import path_covariance
 
 if TYPE_CHECKING:
@@ -26,9 +26,7 @@ def square_covariance(side: float, wheelbase: float, sign: float = 1.0) -> Array
     return path_covariance([side, -corner] * 4, [side, corner] * 4, wheelbase)
 
 
-def floor_roughness(
-    errors: ReturnErrors, wheelbase: float, fix_sigma: float = 0.0, confidence: float = 0.95
-) -> Interval:
+def floor_roughness(errors: ReturnErrors, wheelbase: float) -> Interval:
     """Return the roughness k of the floor [m/sqrt(m)], taken the same under both wheels; nan for 1 + 1 runs.
 
     Its limits are those of a chi^2 distribution with as many degrees of freedom as the scatter has. The drift
@@ -37,16 +35,14 @@ def floor_roughness(
     Args:
         errors: Return errors of the runs.
         wheelbase: Wheelbase of the truck [m].
-        fix_sigma: Standard deviation of x and of y of one absolute fix [m]; each run has two.
-        confidence: Probability that the interval contains the roughness.
     """
     unit = square_covariance(errors.side, wheelbase)
     freedom = len(errors.cw) + len(errors.ccw) - 2
     variance = errors.scatter**2
     limits = (
-        [freedom * variance / chi2_quantile(0.5 + half * confidence, freedom) for half in (0.5, -0.5)]
+        [freedom * variance / chi2_quantile(0.5 + half * CONFIDENCE, freedom) for half in (0.5, -0.5)]
         if freedom
         else [math.nan, math.nan]
     )
-    k, low, high = (math.sqrt(max(0.0, v - 2.0 * fix_sigma**2) / unit[0, 0]) for v in (variance, *limits))
+    k, low, high = (math.sqrt(each / unit[0, 0]) for each in (variance, *limits))
     return Interval(k, low, high)

@@ -77,10 +77,9 @@ def _few_runs(errors: ReturnErrors) -> tuple[Advice, ...]:
 
 def _large(errors: ReturnErrors) -> tuple[Advice, ...]:
     """Find return errors above the side of the square: true of very different wheels, or of a wrong unit."""
-    largest = max(float(np.hypot(runs[:, 0], runs[:, 1]).max()) for runs in (errors.cw, errors.ccw))
-    if largest <= errors.side:
+    if errors.worst <= errors.side:
         return ()
-    what = f"a return error of {largest:.3g} m in a square of {errors.side:g} m: is the unit right?"
+    what = f"a return error of {errors.worst:.3g} m in a square of {errors.side:g} m: is the unit right?"
     return (Advice("warning", what, "check the unit; if it is true, calibrate, drive again, and repeat"),)
 
 

@@ -42,16 +42,6 @@ class Correction:
     e_b: float
     e_d: float
 
-    @property
-    def c_left(self) -> float:
-        """Correction factor of the left wheel, U (4.31)."""
-        return 2.0 / (self.e_d + 1.0)
-
-    @property
-    def c_right(self) -> float:
-        """Correction factor of the right wheel, U (4.32)."""
-        return 2.0 / (1.0 / self.e_d + 1.0)
-
 
 def printed_angles(centres: Array, side: float) -> Array:
     """Return `(..., 2, 2)` alpha, beta [rad] from the x and from the y of centres `(..., 2, 3)`, cw then ccw.
@@ -70,18 +60,6 @@ def heading_angles(centres: Array) -> Array:
     """
     cw, ccw = centres[..., 0, 2], centres[..., 1, 2]
     return np.stack([cw - ccw, cw + ccw], axis=-1)[..., None, :] / 8.0
-
-
-def angles_from_x(errors: ReturnErrors) -> tuple[float, float]:
-    """Return alpha and beta [rad] from the x components, U (4.24a) and (4.20a)."""
-    alpha, beta = printed_angles(errors.centres, errors.side)[0]
-    return float(alpha), float(beta)
-
-
-def angles_from_y(errors: ReturnErrors) -> tuple[float, float]:
-    """Return alpha and beta [rad] from the y components, U (4.24b) and (4.20b)."""
-    alpha, beta = printed_angles(errors.centres, errors.side)[1]
-    return float(alpha), float(beta)
 
 
 def wheelbase_factor(alpha: Array | float) -> Array:

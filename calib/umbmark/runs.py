@@ -49,8 +49,7 @@ class SquareRun:
 
     def path(self, truck: Truck) -> Array:
         """Return the poses `(N+1, 3)` by dead reckoning with a truck's parameters, from (0, 0, 0)."""
-        left = self.wheel_angles[:, 0] * (0.5 * truck.wheel_diameter_left)
-        right = self.wheel_angles[:, 1] * (0.5 * truck.wheel_diameter_right)
+        left, right = (self.wheel_angles * truck.radii).T
         return integrate(arc(left, right, truck.wheelbase))
 
     def return_error(self, truck: Truck) -> Array:
@@ -68,8 +67,7 @@ class SquareRun:
         """
         self._check_frozen(truck)
         self._check_rotation(truck)
-        travel = self.wheel_angles * (0.5 * np.array([truck.wheel_diameter_left, truck.wheel_diameter_right]))
-        length = float(np.abs(travel.mean(axis=1)).sum())
+        length = float(np.abs((self.wheel_angles * truck.radii).mean(axis=1)).sum())
         if abs(length - 4.0 * side) > _LENGTH_TOLERANCE * 4.0 * side:
             raise CalibrationError(
                 self.source,
@@ -78,8 +76,7 @@ class SquareRun:
             )
 
     def _check_frozen(self, truck: Truck) -> None:
-        radii = 0.5 * np.array([truck.wheel_diameter_left, truck.wheel_diameter_right])
-        travel = np.abs(self.wheel_angles) * radii
+        travel = np.abs(self.wheel_angles * truck.radii)
         for wheel, other, name in ((0, 1, "left"), (1, 0, "right")):
             stands = travel[:, wheel] == 0.0
             alone = float(np.bincount(np.cumsum(~stands), weights=travel[:, other] * stands).max())

@@ -14,7 +14,7 @@ import numpy as np
 
 from omnimate.calib.apply import corrected_truck
 from omnimate.calib.distributions import student_quantile
-from omnimate.calib.umbmark.exact import position_weights, scatter_weights
+from omnimate.calib.umbmark.exact import weights_of_centres
 from omnimate.calib.umbmark.printed import angles_of, factors_of
 from omnimate.calib.umbmark.scatter import scatter_of
 from omnimate.calib.umbmark.square import fit_factors
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Truck
     from omnimate.vehicle.se2 import Array
 
+CONFIDENCE = 0.95  # probability that an interval contains the true value
 _DERIVATIVE_STEP = 1e-5  # [sides of the square, rad] step of the numerical derivatives
 
 
@@ -73,7 +74,7 @@ class Uncertainty:
     diameter_right: Interval
 
 
-def uncertainty_of(calibration: Calibration, confidence: float = 0.95) -> Uncertainty:
+def uncertainty_of(calibration: Calibration, confidence: float = CONFIDENCE) -> Uncertainty:
     """Return standard errors and Student t intervals of a calibration by the delta method.
 
     With a single run in each direction they are nan, because the scatter of the runs is unknown.
@@ -143,8 +144,8 @@ def factors_at(
     The weights of "weighted" stay those of the experiment.
     """
     errors, truck = experiment.errors, experiment.truck
-    if method in {"exact", "weighted"}:
-        weights = position_weights(errors) if method == "exact" else scatter_weights(errors)
+    if method == "exact" or method == "weighted":  # noqa: PLR1714  # the type checker narrows this form only
+        weights = weights_of_centres(errors, method)
         return np.exp(fit_factors(centres, weights, truck, errors.side, start)[0])
     return factors_of(angles_of(centres, errors.side, method), errors.side, truck.wheelbase, method)
 

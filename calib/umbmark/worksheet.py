@@ -6,9 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from omnimate.calib.umbmark.printed import angles_from_x, angles_from_y
+from omnimate.calib.umbmark.printed import printed_angles
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from omnimate.calib.umbmark.return_errors import ReturnErrors
     from omnimate.vehicle.parameters import Truck
 
@@ -34,9 +36,9 @@ class Step:
 
 def worksheet(errors: ReturnErrors, truck: Truck) -> tuple[Step, ...]:
     """Return every step of U (3.2) to (4.33) in order, x and y averaged as in footnote 2."""
-    x, y = angles_from_x(errors), angles_from_y(errors)
-    by_x = _factors("x", *x, errors.side, truck.wheelbase)
-    by_y = _factors("y", *y, errors.side, truck.wheelbase)
+    x, y = printed_angles(errors.centres, errors.side).tolist()
+    by_x = _factors("x", x, errors.side, truck.wheelbase)
+    by_y = _factors("y", y, errors.side, truck.wheelbase)
     return (
         *_clusters(errors),
         *_angles(errors, x, y),
@@ -61,7 +63,7 @@ def _clusters(errors: ReturnErrors) -> list[Step]:
     return steps
 
 
-def _angles(errors: ReturnErrors, x: tuple[float, float], y: tuple[float, float]) -> list[Step]:
+def _angles(errors: ReturnErrors, x: Sequence[float], y: Sequence[float]) -> list[Step]:
     (cw_x, cw_y, _), (ccw_x, ccw_y, _) = 1e3 * errors.centres
     below = f"/ (-4 x {1e3 * errors.side:g}) x 180/pi"
     lines = (
@@ -73,8 +75,9 @@ def _angles(errors: ReturnErrors, x: tuple[float, float], y: tuple[float, float]
     return [Step(number, symbol, how, math.degrees(value), "deg") for number, symbol, how, value in lines]
 
 
-def _factors(label: str, alpha: float, beta: float, side: float, wheelbase: float) -> list[Step]:
-    """Return R, E_d, b and E_b from one pair of angles [rad]; R is infinite for equal wheels."""
+def _factors(label: str, angles: Sequence[float], side: float, wheelbase: float) -> list[Step]:
+    """Return R, E_d, b and E_b from alpha and beta [rad]; R is infinite for equal wheels."""
+    alpha, beta = angles
     degrees = math.degrees(alpha)
     radius = math.inf if beta == 0.0 else 0.5e3 * side / math.sin(0.5 * beta)
     half = 0.5e3 * wheelbase

@@ -101,7 +101,7 @@ def _write(learned: Learned | None, path: Path) -> None:
 def _track_recording(
     folder: Path, prior: Prior, writer: RowWriter, every: float, *, fixed: bool
 ) -> Learned | None:
-    from omnimate.calib.monitoring.channels import check_frozen
+    from omnimate.calib.recordings import check_frozen
     from omnimate.files.recordings.folder import load_recording
     from omnimate.ipec.tracker import fixes_of, start_by_fixes, track_one_truck, track_recording
 

@@ -12,7 +12,7 @@ from omnimate.calib.umbmark.bootstrap import RESAMPLES, bootstrap, can_bootstrap
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
 from omnimate.calib.umbmark.extended import extended_umbmark
 from omnimate.calib.umbmark.floor import floor_roughness
-from omnimate.calib.umbmark.printed import angles_from_x, angles_from_y
+from omnimate.calib.umbmark.printed import printed_angles
 from omnimate.calib.umbmark.return_errors import stop_rule
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
 from omnimate.calib.umbmark.worksheet import worksheet
@@ -86,11 +86,12 @@ def draw(results: Sequence[Result], path: Path) -> None:
 def summary(case: Case, calibration: Calibration) -> list[str]:
     """Return one method's estimates of a truck, with 95 % confidence."""
     bounds, errors = uncertainty_of(calibration), calibration.experiment.errors
+    factors = calibration.factors
     lines = [
         f"{case.label}: {METHOD_WORDS[calibration.correction.method]}, 95 % confidence:",
         f"  wheelbase {within(bounds.wheelbase, 1e3, 2)} mm",
-        f"  left wheel {within(bounds.diameter_left, 1e3, 3)} mm, c_L {calibration.c_left:.5f}",
-        f"  right wheel {within(bounds.diameter_right, 1e3, 3)} mm, c_R {calibration.c_right:.5f}",
+        f"  left wheel {within(bounds.diameter_left, 1e3, 3)} mm, c_L {factors.c_left:.5f}",
+        f"  right wheel {within(bounds.diameter_right, 1e3, 3)} mm, c_R {factors.c_right:.5f}",
     ]
     if can_bootstrap(errors):
         drawn = bootstrap(calibration).uncertainty
@@ -155,7 +156,7 @@ def errors_table(cases: Sequence[Case]) -> Table:
     for case in cases:
         errors = case.experiment.errors
         cw, ccw = errors.centres
-        (alpha_x, beta_x), (alpha_y, beta_y) = angles_from_x(errors), angles_from_y(errors)
+        (alpha_x, beta_x), (alpha_y, beta_y) = printed_angles(errors.centres, errors.side).tolist()
         table.add_row(
             case.label,
             f"{len(errors.cw)} + {len(errors.ccw)}",

@@ -110,8 +110,8 @@ def _method(calibration: Calibration) -> MethodResult:
     return MethodResult.of(
         uncertainty_of(calibration),
         method=calibration.correction.method,
-        c_left=calibration.c_left,
-        c_right=calibration.c_right,
+        c_left=calibration.factors.c_left,
+        c_right=calibration.factors.c_right,
         after=calibration.errors.e_max_syst,
     )
 

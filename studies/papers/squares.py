@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from omnimate.calib.apply import corrected_truck
+from omnimate.calib.apply import corrected_truck, factors_between
 from omnimate.calib.umbmark.exact import solve_exact, square_returns
 from omnimate.calib.umbmark.experiment import Experiment, calibrate, experiment_of_recordings
-from omnimate.calib.umbmark.printed import Correction
 from omnimate.calib.umbmark.return_errors import ReturnErrors
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_single
@@ -52,14 +51,14 @@ def figure_11() -> tuple[Row, ...]:
     alpha = 0.5 * math.pi * (1.0 - 1.0 / e_b)
     beta = 2.0 * math.asin(SIDE / LABMATE.wheelbase * (e_d - 1.0) / (e_d + 1.0))
     small = 2e3 * math.sqrt(2.0) * SIDE * max(abs(alpha + beta), abs(alpha - beta))
-    exact = largest(LABMATE, corrected_truck(LABMATE, e_b, e_d))
+    actual = corrected_truck(LABMATE, e_b, e_d)
+    exact, factors = largest(LABMATE, actual), factors_between(LABMATE, actual)
     both = f"{small:.0f}, {exact:.0f}"
-    correction = Correction("printed", alpha, beta, e_b, e_d)
     return (
         number("U", "Fig. 11", "alpha [deg]", -1.025, math.degrees(alpha), 3),
         number("U", "Fig. 11", "beta [deg]", 0.566, math.degrees(beta), 3),
-        number("U", "Fig. 11", "c_L", 0.99958, correction.c_left, 5),
-        number("U", "Fig. 11", "c_R", 1.00042, correction.c_right, 5),
+        number("U", "Fig. 11", "c_L", 0.99958, factors.c_left, 5),
+        number("U", "Fig. 11", "c_R", 1.00042, factors.c_right, 5),
         number("U", "Fig. 11", "E_max before, small angles [mm]", 314.0, small, 0),
         number("U", "Fig. 11", "E_max before, exact chain [mm]", 311.0, exact, 0),
         Row("U", "Fig. 11", "E_max before, of its own b and E_d [mm]", "317", both, "misprint"),

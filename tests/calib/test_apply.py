@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.calib.apply import corrected_truck, corrected_vehicle
+from omnimate.calib.apply import corrected_truck, corrected_vehicle, factors_between
 from omnimate.vehicle.parameters import Bus, Encoder, ParameterError, Truck, VehicleParameters
 
 FACTOR = st.floats(0.8, 1.25)
@@ -31,6 +31,15 @@ def test_a_second_pass_multiplies(b_1: float, d_1: float, b_2: float, d_2: float
     assert twice.wheelbase == pytest.approx(once.wheelbase, rel=1e-12)
     assert twice.wheel_diameter_left == pytest.approx(once.wheel_diameter_left, rel=1e-12)
     assert twice.wheel_diameter_right == pytest.approx(once.wheel_diameter_right, rel=1e-12)
+
+
+@given(st.floats(0.5, 2.0))
+def test_factors_of_equal_wheels_are_those_of_the_paper(e_d: float) -> None:
+    """c_L + c_R = 2 and c_R / c_L = E_d, U (4.28)-(4.32)."""
+    truck = Truck(0.34, 0.15, 0.15)
+    factors = factors_between(truck, corrected_truck(truck, 1.0, e_d))
+    assert factors.c_left + factors.c_right == pytest.approx(2.0, rel=1e-12)
+    assert factors.c_right / factors.c_left == pytest.approx(e_d, rel=1e-12)
 
 
 def test_impossible_results_are_refused() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from omnimate.calib.errors import CalibrationError
-from omnimate.calib.monitoring.channels import advise_on_recordings
 from omnimate.calib.scale import Scale, scale_from_straights, scale_from_tape, scaled_truck
+from omnimate.calib.umbmark.assessment import advise_on_recordings
 from omnimate.calib.umbmark.exact import square_returns
 from omnimate.motion.paths import umbmark
 from omnimate.motion.program import LINE, Program, Row, in_lap, rest

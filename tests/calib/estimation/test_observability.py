@@ -21,30 +21,33 @@ def names(held):
 
 
 def test_nothing_is_held_where_every_direction_is_told():
-    assert unobservable(COORDINATES, information([1, 0, 0], [0, 1, 0], [0, 0, 1]), ALL) == ()
+    held, free = unobservable(COORDINATES, information([1, 0, 0], [0, 1, 0], [0, 0, 1]), ALL)
+    assert held == ()
+    assert free.all()
 
 
 def test_a_wheelbase_without_information_is_held_alone():
-    held = unobservable(COORDINATES, information([0, 1, 0], [0, 0, 1]), ALL)
+    held, free = unobservable(COORDINATES, information([0, 1, 0], [0, 0, 1]), ALL)
     assert names(held) == ["wheelbase"]
+    assert free.tolist() == [False, True, True]
     assert "do not identify it" in held[0].reason
 
 
 def test_the_scale_of_a_closed_square_is_held_and_the_wheelbase_is_not():
     """A square identifies E_d, and the wheelbase relative to the mean diameter, which a tape gives better."""
-    held = unobservable(COORDINATES, information([1, -1, 0], [0, 0, 1]), ALL)
+    held, _ = unobservable(COORDINATES, information([1, -1, 0], [0, 0, 1]), ALL)
     assert names(held) == ["mean diameter (E_s)"]
 
 
 def test_a_combination_is_held_as_a_whole():
-    held = unobservable(COORDINATES, information([0, 1, 0], [1.57, 0, 11.8]), ALL)
+    held, _ = unobservable(COORDINATES, information([0, 1, 0], [1.57, 0, 11.8]), ALL)
     assert sorted(names(held)) == ["diameter ratio (E_d)", "wheelbase"]
     assert all("combination of wheelbase and diameter ratio (E_d)" in one.reason for one in held)
 
 
 def test_a_weak_bound_is_stated_in_per_cent():
     weak = information([1, 0, 0], [0, 0, 1]) + np.diag([0.0, 0.01**-2, 0.0])
-    held = unobservable(COORDINATES, weak, ALL)
+    held, _ = unobservable(COORDINATES, weak, ALL)
     assert [one.reason for one in held] == ["these drives identify it to 1.0 % only"]
 
 

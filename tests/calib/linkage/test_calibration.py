@@ -24,6 +24,11 @@ WHEELBASE, RATIO = 2.0 * np.log(336.17 / 340.0), 2.0 * np.log(1.00084)
 TRUTH = np.array([0.0, 0.0, 0.0, WHEELBASE, 0.0, RATIO, 0.003, 0.014, 0.002])
 
 
+def without_poses(recording):
+    """Return a recording by encoders alone: without absolute poses there are no loop closures."""
+    return replace(recording, poses=None)
+
+
 def errors_of(estimate):
     """Return the errors in standard deviations, nan where held."""
     free = estimate.sigma > 0.0
@@ -36,7 +41,7 @@ def test_a_drive_with_turns_tells_all_but_the_size_of_the_wheels():
     errors = []
     for seed in range(10):
         recording = simulate(ROBOT, Truth(TRUE, seed=seed, **BIASES), free(seed, 1))
-        found = calibrate_linkage([recording], closures=False)
+        found = calibrate_linkage([without_poses(recording)])
         assert "mean diameter (E_s), both" in {one.name for one in found.estimate.held}
         errors.append(errors_of(found.estimate))
     told = np.array(errors)[:, [0, 2, 3, 4, 5, 6, 7, 8]]
@@ -48,7 +53,7 @@ def test_a_drive_with_turns_tells_all_but_the_size_of_the_wheels():
 def smooth():
     """A drive with biases on a smooth floor, and its calibration."""
     recording = simulate(ROBOT, Truth(TRUE, floor=SMOOTH, **BIASES), figure_eight(1.0, 3))
-    return recording, calibrate_linkage([recording], closures=False, hold=SIZES)
+    return recording, calibrate_linkage([without_poses(recording)], hold=SIZES)
 
 
 def test_on_a_smooth_floor_the_biases_come_out_to_a_fraction_of_a_count(smooth):
@@ -61,7 +66,7 @@ def test_on_a_smooth_floor_the_biases_come_out_to_a_fraction_of_a_count(smooth):
 def test_a_straight_drive_does_not_tell_the_joints_from_the_ratios():
     """C 5.2: joints that differ in bias and wheels that differ in size bend a straight drive alike."""
     recording = simulate(ROBOT, Truth(TRUE, seed=1, **BIASES), out_and_back(10.0, 1, link_length=1.0))
-    found = calibrate_linkage([recording], closures=False)
+    found = calibrate_linkage([without_poses(recording)])
     held = {one.name: one.reason for one in found.estimate.held}
     both = "combination of diameter ratio (E_d), both and joint bias, a against b"
     assert both in held["diameter ratio (E_d), both"]
@@ -71,7 +76,7 @@ def test_a_straight_drive_does_not_tell_the_joints_from_the_ratios():
 
 def test_known_trucks_and_loop_closures_make_the_biases_more_certain():
     recording = simulate(ROBOT, Truth(TRUE, seed=2, **BIASES), umbmark(4.0, 1, link_length=1.0))
-    alone = calibrate_linkage([recording], closures=False)
+    alone = calibrate_linkage([without_poses(recording)])
     closed = calibrate_linkage([recording])
     trucks = {name: calibrate_truck([recording], name) for name in ROBOT.trucks}
     known = calibrate_linkage([recording], trucks=trucks)
@@ -86,7 +91,7 @@ def test_the_linkage_alone_calibrates_the_wheels_on_a_smooth_floor():
     """C 5.1, with biases known to be 0: the ratios and wheelbases of both trucks."""
     recording = simulate(ROBOT, Truth(TRUE, floor=Floor(roughness=5e-5), seed=3), free(1, 2))
     found = calibrate_linkage(
-        [recording], closures=False, hold=("joint bias, both", "joint bias, a against b", "link bias")
+        [without_poses(recording)], hold=("joint bias, both", "joint bias, a against b", "link bias")
     )
     assert found.joint_bias == (0.0, 0.0)
     for name, truck in found.trucks.items():
@@ -113,7 +118,7 @@ def test_a_frozen_channel_is_named(channel):
     counts = recording.counts.copy()
     column = ROBOT.channels.index(channel)
     counts[:, column] = counts[0, column]
-    with pytest.raises(CalibrationError, match=f"channel {channel} never changes.*frozen"):
+    with pytest.raises(CalibrationError, match=f"{channel} is frozen"):
         calibrate_linkage([replace(recording, counts=counts)])
 
 

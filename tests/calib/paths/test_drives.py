@@ -74,7 +74,7 @@ def test_poses_that_cannot_serve_are_refused_with_what_to_do(recording, spoil, w
 def test_a_wheel_that_never_moves_is_named(recording):
     counts = recording.counts.copy()
     counts[:, 1] = counts[0, 1]
-    with pytest.raises(CalibrationError, match=r"a\.right never moves.*frozen"):
+    with pytest.raises(CalibrationError, match=r"a\.right is frozen.*vehicle\.toml"):
         drives_of([replace(recording, counts=counts)])
 
 

@@ -85,7 +85,7 @@ def test_intervals_of_95_per_cent_hold_the_truth_as_often(robot):
         names = {one.name: one for one in found.quantities}
         wheelbase = names["wheelbase"]
         errors.append(scores(found.estimate, TRUE))
-        inside += list(np.abs(errors[-1]) < found.estimate.half_width())
+        inside += list(np.abs(errors[-1]) < found.estimate.half_width)
         assert (wheelbase.low < 0.33617 < wheelbase.high) == inside[-2]
     assert np.mean(inside) >= 0.84  # 50 draws of 0.95: three and a half sigma below
     assert np.abs(np.mean(errors, axis=0)).max() < 3.5 / np.sqrt(25)

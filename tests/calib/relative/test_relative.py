@@ -112,7 +112,7 @@ def test_curves_to_one_side_of_several_radii_suffice():
     ("left", "right", "side"), [(0.4, 0.6, "left"), (0.6, 0.4, "right"), (-0.4, -0.6, "left")]
 )
 def test_an_arc_is_named_by_the_side_of_its_middle_whichever_way_it_is_driven(left, right, side):
-    named = missing_motion(np.full(9, left), np.full(9, right), 0.34)
+    named = missing_motion(np.tile([left, right], (9, 1)), 0.34)
     assert named.startswith(f"one arc only, of 0.85 m to the {side}")
 
 

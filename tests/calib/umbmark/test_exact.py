@@ -96,17 +96,19 @@ def test_a_second_pass_on_unequal_wheels_is_exact() -> None:
 
 
 def test_headings_join_by_their_weight() -> None:
-    """Headings of little noise beside positions of much decide; without sigma they do not count."""
+    """Headings of little scatter beside positions of much decide; unweighted they do not count."""
     truck = Truck(0.34, 0.15, 0.15)
     chain = square_returns(truck, corrected_truck(truck, 0.99, 1.0), 4.0)
     chain[:, :2] += [[0.05, 0.02], [-0.01, 0.04]]
-    errors = errors_of(chain, 4.0)
-    trusted = solve_exact(errors, truck, np.array([1.0, 1.0, 1e-6]))
-    assert trusted.e_b == pytest.approx(0.99, abs=1e-6)
-    without = ReturnErrors(chain[:1] * [1, 1, np.nan], chain[1:] * [1, 1, np.nan], 4.0)
+    scatter = np.array([[1.0, 1.0, 1e-6], [-1.0, -1.0, -1e-6]])
+    errors = ReturnErrors(chain[0] + scatter, chain[1] + scatter, 4.0)
+    assert solve_exact(errors, truck, "weighted").e_b == pytest.approx(0.99, abs=1e-6)
+    without = ReturnErrors(errors.cw * [1, 1, np.nan], errors.ccw * [1, 1, np.nan], 4.0)
     assert solve_exact(without, truck) == solve_exact(errors, truck)
     with pytest.raises(CalibrationError, match="heading"):
-        solve_exact(without, truck, np.array([1.0, 1.0, 0.01]))
+        solve_exact(without, truck, "weighted")
+    with pytest.raises(CalibrationError, match="no scatter"):
+        solve_exact(errors_of(chain, 4.0), truck, "weighted")
 
 
 def test_more_runs_weigh_more() -> None:

@@ -29,8 +29,8 @@ def test_a_recording_gives_the_robot_back(drive_squares) -> None:
     assert calibration.truck.wheel_diameter_left == pytest.approx(ACTUAL.wheel_diameter_left, rel=1e-6)
     assert calibration.experiment.errors.e_max_syst == pytest.approx(0.311, abs=5e-4)
     assert calibration.errors.e_max_syst < 1e-4
-    assert calibration.c_left == pytest.approx(0.99958, abs=5e-6)
-    assert calibration.c_right == pytest.approx(1.00042, abs=5e-6)
+    assert calibration.factors.c_left == pytest.approx(0.99958, abs=5e-6)
+    assert calibration.factors.c_right == pytest.approx(1.00042, abs=5e-6)
 
 
 def test_every_method_improves(drive_squares) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from omnimate.calib.errors import FrozenChannelError
-from omnimate.calib.monitoring.channels import frozen_linkage
+from omnimate.calib.recordings import frozen_linkage
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_vehicle
