@@ -74,19 +74,12 @@ class Bump:
 
 
 def bumps_under(
-    wheel: Channel,
-    count: int,
-    start: float,
-    end: float,
-    *,
-    lap: int | None = None,
-    height: float = 0.010,
-    shape: Shape = "cable",
+    wheel: Channel, count: int, start: float, end: float, *, lap: int | None = None, height: float = 0.010
 ) -> tuple[Bump, ...]:
-    """Return bumps put under one wheel, evenly spaced between two travels of it [m], C 6.1 and O 3.1."""
+    """Return cables put under one wheel, evenly spaced between two travels of it [m], C 6.1 and O 3.1."""
     step = (end - start) / count
     places = [start + (number + 0.5) * step for number in range(count)]
-    return tuple(Bump(height, shape, wheel, place, lap) for place in places)
+    return tuple(Bump(height, wheel=wheel, after=place, lap=lap) for place in places)
 
 
 def parse_bump(text: str) -> Bump:

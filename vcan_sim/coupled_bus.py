@@ -16,7 +16,7 @@ import can
 from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Iterable
 
     from omnimate.vcan_sim.faults import DeviceFault
     from omnimate.vcan_sim.simulated_vehicle import Plant
@@ -57,7 +57,6 @@ class CoupledBus(can.BusABC):
         vehicle: VehicleParameters,
         plant: Plant,
         faults: Iterable[DeviceFault] = (),
-        wheel_speeds: Callable[[SimulatedVehicle], Sequence[float]] | None = None,
         clock: Literal["sync", "wall"] = "sync",
     ) -> None:
         """Build the vehicle; its boot-up messages wait to be received.
@@ -67,7 +66,7 @@ class CoupledBus(can.BusABC):
             FaultError: The vehicle does not have the node of a fault.
         """
         self._end = _VehicleEnd()
-        self.simulated = SimulatedVehicle(vehicle, plant, self._end, clock, faults, wheel_speeds)
+        self.simulated = SimulatedVehicle(vehicle, plant, self._end, clock, faults)
         self.channel_info = f"simulated vehicle {vehicle.name}"
         super().__init__(channel="coupled")
 

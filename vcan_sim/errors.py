@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from omnimate.files.logs.canopen_words import sdo_abort_in_words
 from omnimate.vehicle.errors import OmnimateError
 
 
@@ -59,18 +58,6 @@ class ProtocolError(SimulationError):
         super().__init__(f"{problem}: {command[:80]!r}")
         self.command = command
         self.problem = problem
-
-
-class SdoAbort(SimulationError):  # noqa: N818 - the word of CiA 301
-    """An SDO request that a device answers with an abort.
-
-    Attributes:
-        code: Abort code of CiA 301.
-    """
-
-    def __init__(self, code: int) -> None:
-        super().__init__(f"SDO abort {code:08X}h: {sdo_abort_in_words(code)}")
-        self.code = code
 
 
 class EndStopError(SimulationError):

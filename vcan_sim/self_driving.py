@@ -50,7 +50,7 @@ class SelfDriving:
         self._plant, self._clock, self._on_fix = plant, clock, on_fix
         self._vehicle = vehicle
 
-    def __call__(self, _simulated: object) -> Sequence[float]:
+    def __call__(self) -> Sequence[float]:
         """Return the wheel speeds [rad/s] until the next SYNC."""
         if self.runner.done:
             return (0.0,) * len(self._vehicle.wheels)

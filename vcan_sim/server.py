@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import signal
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from omnimate.vcan_sim.errors import FaultError
 from omnimate.vcan_sim.hub import Hub
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from omnimate.vcan_sim.simulated_vehicle import Plant
     from omnimate.vehicle.parameters import VehicleParameters
 
-    WheelSpeeds = Callable[[SimulatedVehicle], Sequence[float]]
+    WheelSpeeds = Callable[[], Sequence[float]]
 
 
 class BusServer:
@@ -32,16 +32,15 @@ class BusServer:
         self,
         vehicle: VehicleParameters,
         plant: Plant,
-        faults: Iterable[DeviceFault] = (),
-        clock: Literal["sync", "wall"] = "wall",
-        wheel_speeds: WheelSpeeds | None = None,
+        faults: Iterable[DeviceFault],
+        wheel_speeds: WheelSpeeds | None,
     ) -> None:
         plant.step((0.0,) * len(vehicle.wheels), vehicle.bus.sync_period)  # compiled code is loaded now
         self.hub = Hub()
         self._timer: asyncio.TimerHandle | None = None
         self._bus = self.hub.attach(self._poll)
         try:
-            self.simulated = SimulatedVehicle(vehicle, plant, self._bus, clock, faults, wheel_speeds)
+            self.simulated = SimulatedVehicle(vehicle, plant, self._bus, "wall", faults, wheel_speeds)
         except FaultError:
             self._bus.shutdown()
             raise
@@ -79,7 +78,6 @@ def serve(
     port: int = 29536,
     faults: Iterable[DeviceFault] = (),
     on_ready: Callable[[int], None] = lambda _port: None,
-    clock: Literal["sync", "wall"] = "wall",
     wheel_speeds: WheelSpeeds | None = None,
 ) -> None:
     """Serve a simulated vehicle's bus until SIGINT or SIGTERM; to be called in the main thread.
@@ -89,7 +87,7 @@ def serve(
         SimulationError: The vehicle's parameters cannot be realised by the simulated devices.
         FaultError: The vehicle does not have the node of a fault.
     """
-    server = BusServer(vehicle, plant, faults, clock, wheel_speeds)
+    server = BusServer(vehicle, plant, faults, wheel_speeds)
 
     async def until_signal() -> None:
         stop = asyncio.Event()

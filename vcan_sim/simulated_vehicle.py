@@ -66,7 +66,7 @@ class SimulatedVehicle:
         bus: can.BusABC,
         clock: Literal["sync", "wall"] = "sync",
         faults: Iterable[DeviceFault] = (),
-        wheel_speeds: Callable[[SimulatedVehicle], Sequence[float]] | None = None,
+        wheel_speeds: Callable[[], Sequence[float]] | None = None,
     ) -> None:
         """Build and boot the devices; their boot-up messages are on the bus when this returns.
 
@@ -199,7 +199,7 @@ class SimulatedVehicle:
 
     def _speeds(self) -> Sequence[float]:
         if self._wheel_speeds is not None:
-            return self._wheel_speeds(self)
+            return self._wheel_speeds()
         period = self._period
         return [drive.advance(period) if drive is not None else 0.0 for drive in self._drives]
 

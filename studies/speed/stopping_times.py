@@ -145,7 +145,7 @@ def watchdog_times(syncs: int) -> tuple[float, float]:
     sync, dropped = can.Message(arbitration_id=SYNC_ID, is_extended_id=False), None
     while any(drive.velocity for drive in drives):
         bus.send(sync)
-        if dropped is None and not any(drive.store[0x60FF, 0] for drive in drives):
+        if dropped is None and not any(drive.objects[0x60FF, 0] for drive in drives):
             dropped = bus.simulated.time
     assert dropped is not None, "the wheels came to rest with a command"
     stood = bus.simulated.time

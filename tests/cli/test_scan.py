@@ -20,7 +20,7 @@ def take_id(bus, node):
     device = next(device for device in bus._devices._devices if device.node == node)
     device.lss.pending = 0xFF
     bus.send(frame(0x000, bytes([0x82, node])))
-    return [device.store[0x1018, sub] for sub in (1, 2, 3, 4)]
+    return [device.objects[0x1018, sub] for sub in (1, 2, 3, 4)]
 
 
 def test_the_nodes_are_listed_and_the_draft_is_written_beside_its_eds_files(

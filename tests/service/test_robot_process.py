@@ -128,7 +128,7 @@ def drives(monkeypatch):
 
 
 def commanded(drives):
-    return any(drive.store[0x60FF, 0] for drive in drives)
+    return any(drive.objects[0x60FF, 0] for drive in drives)
 
 
 def test_a_pipe_that_ends_stops_the_wheels(database, drives, tmp_path, until):

@@ -202,7 +202,7 @@ class SteppedRobot:
             raise error("the robot's thread fails")
 
     def _check(self, samples):
-        if samples > COMMAND_SAMPLES and any(drive.store[0x60FF, 0] for drive in self._drives()):
+        if samples > COMMAND_SAMPLES and any(drive.objects[0x60FF, 0] for drive in self._drives()):
             self._violation = f"a wheel is commanded to turn {samples} samples after the stop"
         if samples > WHEEL_SAMPLES and self.turned_at == self.samples:
             self._violation = f"a wheel turns {samples} samples after the stop"

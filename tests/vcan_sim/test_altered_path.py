@@ -9,14 +9,15 @@ import pytest
 
 from omnimate.effects import EFFECTS, effect_named
 from omnimate.motion.paths import out_and_back, squares
-from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.sonar import Sonar
+from tests.vcan_sim.conftest import ListBus
 
 DT = 0.015
 EXACT = {"floor": SMOOTH, "sonar": Sonar(sigma=0.0), "servo": 1e9}
@@ -168,13 +169,12 @@ def test_a_live_vehicle_counts_as_a_plant_and_as_simulate_does(vehicle):
     recording = simulate(vehicle, truth, program(vehicle))
     plant, live, heard = Plant(truth, vehicle), Plant(truth, vehicle), []
     commands = iter(recording.commands)
-    with CoupledBus(vehicle, live, wheel_speeds=lambda _: tuple(next(commands))) as bus:
-        for number, command in enumerate(recording.commands[:400]):
-            assert plant.raw_counts() == live.raw_counts()
-            heard.append(live.raw_counts())
-            plant.step(command, vehicle.bus.sync_period)
-            bus.send(can.Message(arbitration_id=0x80, is_extended_id=False))
-            assert number < len(recording)
+    simulated = SimulatedVehicle(vehicle, live, ListBus(), wheel_speeds=lambda: tuple(next(commands)))
+    for command in recording.commands[:400]:
+        assert plant.raw_counts() == live.raw_counts()
+        heard.append(live.raw_counts())
+        plant.step(command, vehicle.bus.sync_period)
+        simulated.receive(can.Message(arbitration_id=0x80, is_extended_id=False))
     spans = np.array([encoder.wrap_range for encoder in vehicle.encoders])
     assert not ((np.array(heard) - recording.counts[:400]) % spans).any()
 

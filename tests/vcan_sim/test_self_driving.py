@@ -22,11 +22,11 @@ def test_it_drives_what_a_simulation_drives_reports_every_fix_and_stands_at_the_
         VEHICLE, plant, PROGRAM, lambda: steps * PERIOD, lambda journal: fixes.append(len(journal.poses.time))
     )
     while not driver.runner.done:
-        plant.step(driver(None), PERIOD)
+        plant.step(driver(), PERIOD)
         steps += 1
     recording = simulate(VEHICLE, truth, PROGRAM)
     assert steps == len(recording)
     assert driver.journal.run == recording.run
     assert driver.journal.poses.pose == pytest.approx(recording.poses.pose, abs=1e-9)
     assert fixes == list(range(1, len(driver.journal.poses.time) + 1))
-    assert driver(None) == (0.0, 0.0)
+    assert driver() == (0.0, 0.0)

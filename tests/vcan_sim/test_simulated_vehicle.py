@@ -43,7 +43,7 @@ def test_two_vehicles_that_see_the_same_frames_send_the_same_frames(make_bench):
 
 
 def test_a_wheel_speed_hook_takes_the_drives_place(make_bench):
-    bench = make_bench(wheel_speeds=lambda simulated: (0.1 * simulated.syncs, 0.0, 0.0, 0.0))
+    bench = make_bench(wheel_speeds=lambda: (0.1 * bench.simulated.syncs, 0.0, 0.0, 0.0))
     bench.sync(2)
     assert bench.plant.speeds == (0.2, 0.0, 0.0, 0.0)
 

@@ -1,8 +1,11 @@
-"""SDO abort codes of the simulated devices, CiA 301 table 22."""
+"""SDO aborts of the simulated devices, with the codes of CiA 301 table 22."""
 
 from __future__ import annotations
 
 from enum import IntEnum
+
+from omnimate.files.logs.canopen_words import sdo_abort_in_words
+from omnimate.vcan_sim.errors import SimulationError
 
 
 class Abort(IntEnum):
@@ -23,3 +26,15 @@ class Abort(IntEnum):
     NOT_STORED = 0x08000020
     STATE = 0x08000022
     NO_DATA = 0x08000024
+
+
+class SdoAbort(SimulationError):  # noqa: N818 - the word of CiA 301
+    """An SDO request that a device answers with an abort.
+
+    Attributes:
+        code: Abort code of CiA 301.
+    """
+
+    def __init__(self, code: int) -> None:
+        super().__init__(f"SDO abort {code:08X}h: {sdo_abort_in_words(code)}")
+        self.code = code

@@ -9,13 +9,14 @@ from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.nodes.dictionary import load_dictionary
 from omnimate.vcan_sim.nodes.drive import DriveDevice
 from omnimate.vcan_sim.nodes.encoder import EncoderDevice
+from omnimate.vcan_sim.nodes.objects import Objects
 from omnimate.vcan_sim.nodes.sensor import Sensor
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from omnimate.vcan_sim.nodes.device import Device
-    from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
+    from omnimate.vcan_sim.nodes.dictionary import Key, Value
     from omnimate.vcan_sim.nodes.sensor import Latch
     from omnimate.vehicle.parameters import Drive, Encoder, VehicleParameters
 
@@ -62,12 +63,14 @@ def _device(
     return device
 
 
-def _with_positions(
-    variables: Mapping[Key, Variable], encoders: list[Encoder], like: Key
-) -> dict[Key, Variable]:
-    """Return a dictionary with the position objects of vehicle.toml added, as copies of the entry `like`."""
+def _objects(
+    eds: str, position: Key, node: int, encoders: list[Encoder], settings: Mapping[Key, Value]
+) -> Objects:
+    """Return the objects of an EDS file, and those of vehicle.toml as copies of its `position`."""
+    variables = load_dictionary(eds)
     keys = (encoder.position_object for encoder in encoders)
-    return {**variables, **{key: variables[like] for key in keys if key is not None}}
+    added = {key: variables[position] for key in keys if key is not None}
+    return Objects({**variables, **added}, node, settings)
 
 
 def _encoder(
@@ -75,7 +78,6 @@ def _encoder(
 ) -> Device:
     first = encoders[0]
     kinds = {"link": LINK_EDS, "joint_a": JOINT_EDS, "joint_b": JOINT_EDS}
-    variables = _with_positions(load_dictionary(kinds.get(first.channel, WHEEL_EDS)), encoders, (0x6004, 0))
     settings = _identity(node, encoders)
     settings[0x6002, 0] = first.wrap_range & 0xFFFF_FFFF
     settings[0x650B, 0] = settings[0x1018, 4]
@@ -86,9 +88,10 @@ def _encoder(
         resolution = round(first.counts_per_turn)
         turns = min(max(first.wrap_range // resolution, 1), 0xFFFF)
         settings |= {(0x6001, 0): resolution, (0x6501, 0): resolution, (0x6502, 0): turns}
-    if len(sensors) > sum(1 for index, sub in variables if index == 0x6030 and sub):
+    objects = _objects(kinds.get(first.channel, WHEEL_EDS), (0x6004, 0), node, encoders, settings)
+    if (0x6030, len(sensors)) not in objects:
         raise SimulationError(f"node {node}: {len(sensors)} channels are more than its encoder has")
-    return EncoderDevice(node, variables, settings, send, sensors)
+    return EncoderDevice(objects, send, sensors)
 
 
 def _drive(
@@ -106,8 +109,8 @@ def _drive(
     if drives:
         settings |= _motion_settings(vehicle, drives[0])
         scale = drives[0].sign * 2.0 * math.pi / drives[0].counts_per_turn
-    variables = _with_positions(load_dictionary(DRIVE_EDS), encoders, (0x6064, 0))
-    return DriveDevice(node, variables, settings, send, scale, sensors[0] if sensors else None)
+    objects = _objects(DRIVE_EDS, (0x6064, 0), node, encoders, settings)
+    return DriveDevice(objects, send, scale, sensors[0] if sensors else None)
 
 
 def _motion_settings(vehicle: VehicleParameters, drive: Drive) -> dict[Key, Value]:

@@ -7,21 +7,18 @@ from enum import IntEnum
 from functools import partial
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.errors import SdoAbort
-from omnimate.vcan_sim.nodes.abort import Abort
-from omnimate.vcan_sim.nodes.dictionary import ObjectStore
+from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
 from omnimate.vcan_sim.nodes.emergency import HEARTBEAT_ERROR, SYNC_LENGTH, Emergency
 from omnimate.vcan_sim.nodes.exchange import PdoExchange
 from omnimate.vcan_sim.nodes.heartbeat import HeartbeatConsumer, HeartbeatProducer, NodeGuarding
 from omnimate.vcan_sim.nodes.lss import SLAVE, UNCONFIGURED, LssSlave
-from omnimate.vcan_sim.nodes.objects import Objects
 from omnimate.vcan_sim.nodes.sdo import SdoServer
 from omnimate.vcan_sim.nodes.transmitter import Transmitter
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
-    from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
+    from omnimate.vcan_sim.nodes.objects import Objects
     from omnimate.vcan_sim.nodes.pdo import Rpdo
     from omnimate.vcan_sim.nodes.transmitter import Disturbance
 
@@ -47,7 +44,6 @@ class Device:
     """One node of the bus; subclasses for profiles add readers, checks and reactions to `objects`.
 
     Attributes:
-        node: Node id of the device.
         now: Time on the device's clock [s].
         due: Time at which the next of the device's timers ends [s].
         objects: Object dictionary of the device, with functions that are called when objects are read or
@@ -60,28 +56,20 @@ class Device:
         lss: LSS slave of the device.
     """
 
-    def __init__(
-        self,
-        node: int,
-        variables: Mapping[Key, Variable],
-        settings: Mapping[Key, Value],
-        send: Callable[[int, bytes], None],
-    ) -> None:
-        self.node = node
+    def __init__(self, objects: Objects, send: Callable[[int, bytes], None]) -> None:
+        self.objects = objects
         self.now = 0.0
         self.due = math.inf
-        self.store = ObjectStore(variables, node, settings)
-        self.objects = Objects(self.store)
         self.state = NmtState.PRE_OPERATIONAL
         self.transmitter = Transmitter(send)
-        self.emergency = Emergency(lambda data: self.transmitter.send(self.store[0x1014, 0], data))
+        self.emergency = Emergency(lambda data: self.transmitter.send(self.objects[0x1014, 0], data))
         self.time_of_day: float | None = None
         self._sdo = SdoServer(self.objects.read, self.objects.write, self.objects.size)
         self._producer = HeartbeatProducer()
         self._consumer = HeartbeatConsumer()
         self._guarding = NodeGuarding()
         self.lss = LssSlave(
-            node, self._identity, lambda data: self.transmitter.send(SLAVE, data), self._boot_with_new_id
+            self.node, self._identity, lambda data: self.transmitter.send(SLAVE, data), self._boot_with_new_id
         )
         self._exchange = PdoExchange(self.objects, self.transmitter, self.emergency, self.master_lost)
         self._add_communication_objects()
@@ -97,13 +85,18 @@ class Device:
         objects.checks[0x1019] = _check_sync_overflow
         objects.readers |= {(index, 1): lambda: 1 for index in (0x1010, 0x1011)}  # on command
         objects.reactions[0x100C] = objects.reactions[0x100D] = lambda _sub, _value: self._guard()
-        objects.reactions[0x1010] = lambda _sub, _value: self.store.store()
-        objects.reactions[0x1011] = lambda _sub, _value: self.store.forget_stored()
+        objects.reactions[0x1010] = lambda _sub, _value: self.objects.store()
+        objects.reactions[0x1011] = lambda _sub, _value: self.objects.forget_stored()
         objects.reactions[0x1016] = lambda _sub, value: self._consumer.configure(value)
         objects.reactions[0x1017] = lambda _sub, value: self._producer.configure(value, self.now)
         for index in self._exchange.indices:
             objects.checks[index] = partial(self._check_pdo, index)
             objects.reactions[index] = lambda _sub, _value: self.configure_pdos()
+
+    @property
+    def node(self) -> int:
+        """Node id of the device."""
+        return self.objects.node
 
     @property
     def rpdos(self) -> tuple[Rpdo, ...]:
@@ -119,10 +112,10 @@ class Device:
         self._exchange.configure(self.now, operational=self.state is NmtState.OPERATIONAL)
 
     def _guard(self) -> None:
-        self._guarding.configure(self.store[0x100C, 0], self.store[0x100D, 0])
+        self._guarding.configure(self.objects[0x100C, 0], self.objects[0x100D, 0])
 
     def _identity(self) -> tuple[int, ...]:
-        return tuple(self.store[0x1018, sub] for sub in range(1, 5))
+        return tuple(self.objects[0x1018, sub] for sub in range(1, 5))
 
     @property
     def _is_inactive(self) -> bool:
@@ -166,16 +159,16 @@ class Device:
     def _restart(self, last_index: int) -> None:
         self._sdo.reset()
         self.emergency.reset()
-        self.store.reset(last_index)
+        self.objects.reset(last_index)
         if self.lss.pending != self.node:
-            self.store.assign(self.lss.pending, self.node)
-            self.node = self.lss.active = self.lss.pending
-            self.store.reset(last_index)
+            self.objects.assign(self.lss.pending)
+            self.lss.active = self.lss.pending
+            self.objects.reset(last_index)
         if self.node == UNCONFIGURED:
             self._deactivate()
             return
-        self._producer.configure(self.store[0x1017, 0], self.now)
-        self._consumer.configure(self.store[0x1016, 1])
+        self._producer.configure(self.objects[0x1017, 0], self.now)
+        self._consumer.configure(self.objects[0x1016, 1])
         self._guarding.reset()
         self._guard()
         self.transmitter.send(0x700 + self.node, b"\0")
@@ -235,7 +228,7 @@ class Device:
     def on_time(self, can_id: int, data: bytes, now: float) -> None:
         """Process TIME if 1012h consumes it: milliseconds after midnight, and days since 1 January 1984."""
         self.now = now
-        cob_id = self.store[0x1012, 0]
+        cob_id = self.objects[0x1012, 0]
         if cob_id & _CONSUMES_TIME and cob_id & 0x7FF == can_id and len(data) == 6 and not self._is_inactive:
             milliseconds = int.from_bytes(data[:4], "little") & 0x0FFF_FFFF
             self.time_of_day = int.from_bytes(data[4:], "little") * _DAY + milliseconds * 1e-3
@@ -257,7 +250,7 @@ class Device:
     def on_sync(self, now: float, data: bytes = b"") -> None:
         """Process SYNC, whose data may have a counter: send the synchronous PDOs."""
         self.now = now
-        if data or self.store[0x1019, 0]:
+        if data or self.objects[0x1019, 0]:
             self._check_sync(data)
         self._exchange.on_sync(now, data[0] if data else None)
         self.due = min(self.due, self._exchange.due, self.transmitter.due)
@@ -285,7 +278,7 @@ class Device:
 
     def _change_state_after_error(self) -> None:
         """Change the NMT state after a communication error by 1029h:1."""
-        behaviour = self.store[0x1029, 1]
+        behaviour = self.objects[0x1029, 1]
         if behaviour == 0 and self.state is NmtState.OPERATIONAL:
             self._enter(NmtState.PRE_OPERATIONAL)
         elif behaviour == 2 and self.state is not NmtState.STOPPED:
@@ -293,7 +286,7 @@ class Device:
 
     def _check_sync(self, data: bytes) -> None:
         """Report by EMCY a SYNC with a counter if 1019h is 0, or without one if it is not 0."""
-        if len(data) == (1 if self.store[0x1019, 0] else 0):
+        if len(data) == (1 if self.objects[0x1019, 0] else 0):
             self.emergency.clear(SYNC_LENGTH)
         else:
             self.emergency.set(SYNC_LENGTH)

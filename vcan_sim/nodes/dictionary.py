@@ -1,4 +1,4 @@
-"""Object dictionaries: the entries of an EDS file, and the values of one device."""
+"""Object dictionaries: the entries of an EDS file."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ import canopen
 from canopen.objectdictionary import ODVariable
 from canopen.objectdictionary.datatypes import INTEGER_TYPES, SIGNED_TYPES
 
-from omnimate.vcan_sim.errors import SdoAbort
-from omnimate.vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,8 +21,6 @@ EDS_FOLDER = Path(__file__).parent.parent / "eds"
 
 Key = tuple[int, int]
 Value = int | bytes
-# Objects that are commands, or a history: they are not stored by 1010h.
-_NOT_STORED = {0x1003, 0x1010, 0x1011, 0x6003, 0x6010, 0x6040, 0x60FF}
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,68 +96,3 @@ def load_dictionary(eds: str) -> Mapping[Key, Variable]:
         else:
             variables.update({(index, sub): _variable(entry[sub]) for sub in entry.subindices})
     return MappingProxyType(variables)
-
-
-class ObjectStore:
-    """The values of one device: defaults of its EDS file, replaced by its settings and by written values."""
-
-    def __init__(self, variables: Mapping[Key, Variable], node: int, settings: Mapping[Key, Value]) -> None:
-        self._variables = variables
-        self._defaults = {
-            key: variable.default + node
-            if variable.relative and isinstance(variable.default, int)
-            else variable.default
-            for key, variable in variables.items()
-        }
-        self._defaults.update(settings)
-        self._relative = {key for key, variable in variables.items() if variable.relative}
-        self._stored: dict[Key, Value] = {}
-        self._values = dict(self._defaults)
-
-    def __contains__(self, key: Key) -> bool:
-        return key in self._variables
-
-    def __getitem__(self, key: Key) -> int:
-        value = self._values[key]
-        assert isinstance(value, int)  # only integers are asked for by the devices themselves
-        return value
-
-    def __setitem__(self, key: Key, value: Value) -> None:
-        self._values[key] = value
-
-    def variable(self, key: Key) -> Variable:
-        """Return an entry; raise SdoAbort if there is none."""
-        variable = self._variables.get(key)
-        if variable is None:
-            index_exists = (key[0], 0) in self._variables
-            raise SdoAbort(Abort.NO_SUBINDEX if index_exists else Abort.NO_OBJECT)
-        return variable
-
-    def data(self, key: Key) -> bytes:
-        """Return a value as its bytes on the bus; raise SdoAbort if there is no such object."""
-        return self.variable(key).encode(self._values[key])
-
-    def reset(self, last_index: int) -> None:
-        """Set all objects up to an index, included, to their values after power-on."""
-        values = self._defaults | self._stored
-        self._values.update({key: value for key, value in values.items() if key[0] <= last_index})
-
-    def store(self) -> None:
-        """Store the objects that SDO may write, for the next power-on (1010h)."""
-        self._stored = {
-            key: self._values[key]
-            for key, variable in self._variables.items()
-            if variable.writable and key[0] not in _NOT_STORED
-        }
-
-    def forget_stored(self) -> None:
-        """Discard the stored values, so that the defaults are restored at the next power-on (1011h)."""
-        self._stored = {}
-
-    def assign(self, node: int, before: int) -> None:
-        """Change the node id in all defaults that contain it, and discard the stored values of these."""
-        for key in self._relative:
-            default = self._defaults[key]
-            assert isinstance(default, int)  # a string has no node id
-            self._defaults[key] = default + node - before
-            self._stored.pop(key, None)

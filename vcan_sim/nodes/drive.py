@@ -5,15 +5,14 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.errors import SdoAbort
-from omnimate.vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
 from omnimate.vcan_sim.nodes.device import Device, NmtState
 from omnimate.vcan_sim.nodes.power_state import PowerState, next_state, statusword
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
-    from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
+    from omnimate.vcan_sim.nodes.objects import Objects
     from omnimate.vcan_sim.nodes.sensor import Sensor
 
 _HALT = 0x0100  # bit 8 of the controlword
@@ -39,14 +38,12 @@ class DriveDevice(Device):
 
     def __init__(
         self,
-        node: int,
-        variables: Mapping[Key, Variable],
-        settings: Mapping[Key, Value],
+        objects: Objects,
         send: Callable[[int, bytes], None],
         radians_per_increment: float,
-        sensor: Sensor | None = None,
+        sensor: Sensor | None,
     ) -> None:
-        super().__init__(node, variables, settings, send)
+        super().__init__(objects, send)
         self.power = PowerState.SWITCH_ON_DISABLED
         self.velocity = 0.0
         self._target = 0.0
@@ -57,7 +54,7 @@ class DriveDevice(Device):
             {
                 (0x603F, 0): lambda: self.emergency.code,
                 (0x6041, 0): self._statusword,
-                (0x6061, 0): lambda: self.store[0x6060, 0],
+                (0x6061, 0): lambda: self.objects[0x6060, 0],
                 (0x6064, 0): sensor.position if sensor else lambda: round(self._position),
                 (0x606B, 0): lambda: round(self.velocity),
                 (0x606C, 0): lambda: round(self.velocity),
@@ -83,7 +80,7 @@ class DriveDevice(Device):
 
     def _ramp(self, period: float) -> None:
         """Change the velocity towards its target, within 6083h, 6084h or 6085h."""
-        if self.power is PowerState.OPERATION_ENABLED and self.store[0x6060, 0] == _CYCLIC_VELOCITY:
+        if self.power is PowerState.OPERATION_ENABLED and self.objects[0x6060, 0] == _CYCLIC_VELOCITY:
             self.velocity = self._target
         else:
             step = self._acceleration() * period
@@ -93,9 +90,9 @@ class DriveDevice(Device):
 
     def _acceleration(self) -> int:
         if self.power is not PowerState.OPERATION_ENABLED:
-            return self.store[0x6085, 0]
+            return self.objects[0x6085, 0]
         speeds_up = abs(self._target) > abs(self.velocity) and self._target * self.velocity >= 0
-        return self.store[0x6083 if speeds_up else 0x6084, 0]
+        return self.objects[0x6083 if speeds_up else 0x6084, 0]
 
     def _came_to_rest(self) -> None:
         """End a quick stop or a fault reaction when the velocity is 0."""
@@ -108,11 +105,11 @@ class DriveDevice(Device):
         """Set the target velocity: 60FFh, limited by 607Fh, while enabled and not halted; else 0."""
         runs = (
             self.power is PowerState.OPERATION_ENABLED
-            and self.store[0x6060, 0] in {_PROFILE_VELOCITY, _CYCLIC_VELOCITY}
+            and self.objects[0x6060, 0] in {_PROFILE_VELOCITY, _CYCLIC_VELOCITY}
             and not self._controlword & _HALT
         )
-        fastest = self.store[0x607F, 0]
-        self._target = float(max(-fastest, min(fastest, self.store[0x60FF, 0]))) if runs else 0.0
+        fastest = self.objects[0x607F, 0]
+        self._target = float(max(-fastest, min(fastest, self.objects[0x60FF, 0]))) if runs else 0.0
         if not self.velocity and not self._target:
             self._came_to_rest()
 
@@ -131,10 +128,10 @@ class DriveDevice(Device):
 
     def master_lost(self) -> None:
         """Stop by the option in 6007h; unless that is 0, the commanded velocity is set to 0."""
-        option = self.store[0x6007, 0]
+        option = self.objects[0x6007, 0]
         if option == AbortOption.NOTHING:
             return
-        self.store[0x60FF, 0] = 0
+        self.objects[0x60FF, 0] = 0
         if self.power is PowerState.OPERATION_ENABLED:
             self.power = {
                 AbortOption.FAULT: PowerState.FAULT_REACTION_ACTIVE,

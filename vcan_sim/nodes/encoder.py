@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.errors import SdoAbort
-from omnimate.vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
 from omnimate.vcan_sim.nodes.device import Device
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
-    from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
+    from omnimate.vcan_sim.nodes.objects import Objects
     from omnimate.vcan_sim.nodes.sensor import Sensor
 
 _CODE_SEQUENCE, _SCALING, _LINEAR_DIRECTION = 0x0001, 0x0004, 0x0008  # bits of 6000h
@@ -21,17 +20,12 @@ class EncoderDevice(Device):
     """An encoder: 6004h is its first sensor, 6020h:n and 6030h:n are all of them."""
 
     def __init__(
-        self,
-        node: int,
-        variables: Mapping[Key, Variable],
-        settings: Mapping[Key, Value],
-        send: Callable[[int, bytes], None],
-        sensors: Sequence[Sensor],
+        self, objects: Objects, send: Callable[[int, bytes], None], sensors: Sequence[Sensor]
     ) -> None:
-        super().__init__(node, variables, settings, send)
+        super().__init__(objects, send)
         self._sensors = tuple(sensors)
         self.objects.readers[0x6004, 0] = sensors[0].position
-        self.objects.readers[0x6500, 0] = lambda: self.store[0x6000, 0]
+        self.objects.readers[0x6500, 0] = lambda: self.objects[0x6000, 0]
         self.objects.readers[0x6509, 0] = lambda: sensors[0].offset
         for number, sensor in enumerate(sensors, start=1):
             self.objects.readers[0x6020, number] = sensor.position
@@ -60,21 +54,21 @@ class EncoderDevice(Device):
 
     def _configure(self, _sub: int, _value: int) -> None:
         """Configure the sensors by 6000h, 6001h and 6002h."""
-        parameters = self.store[0x6000, 0]
+        parameters = self.objects[0x6000, 0]
         reverse = parameters & (_CODE_SEQUENCE | _LINEAR_DIRECTION)
-        scaled = bool(parameters & _SCALING) and (0x6001, 0) in self.store
-        resolution = self.store[0x6501, 0]
-        units = self.store[0x6001, 0] if scaled else resolution
-        total = self.store[0x6002, 0] if scaled else 0
+        scaled = bool(parameters & _SCALING) and (0x6001, 0) in self.objects
+        resolution = self.objects[0x6501, 0]
+        units = self.objects[0x6001, 0] if scaled else resolution
+        total = self.objects[0x6002, 0] if scaled else 0
         for sensor in self._sensors:
             sensor.configure(-1 if reverse else 1, units, resolution, total)
 
     def _mirror_event_timer(self, sub: int, value: int) -> None:
         """Set 6200h to the event timer of TPDO1; both are equal in CiA 406."""
         if sub == 5:
-            self.store[0x6200, 0] = value
+            self.objects[0x6200, 0] = value
         self.configure_pdos()
 
     def _mirror_cyclic_timer(self, _sub: int, value: int) -> None:
-        self.store[0x1800, 5] = value
+        self.objects[0x1800, 5] = value
         self.configure_pdos()

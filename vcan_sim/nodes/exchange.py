@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.errors import SdoAbort
+from omnimate.vcan_sim.nodes.abort import SdoAbort
 from omnimate.vcan_sim.nodes.emergency import LENGTH_ERROR, RPDO_TIMEOUT, Emergency
 from omnimate.vcan_sim.nodes.pdo import DEVICE_EVENT, MAPPING, Rpdo, Tpdo, check_communication, check_mapping
 
@@ -41,10 +41,10 @@ class PdoExchange:
             emergency: Errors of the device, for RPDOs of a wrong length and for missed deadlines.
             on_timeout: Called when an RPDO misses its deadline.
         """
-        self._objects, self._store = objects, objects.store
+        self._objects = objects
         self._transmitter, self._emergency, self._on_timeout = transmitter, emergency, on_timeout
-        self.tpdos = tuple(Tpdo(index) for index in range(0x1800, 0x1A00) if (index, 1) in self._store)
-        self.rpdos = tuple(Rpdo(index) for index in range(0x1400, 0x1600) if (index, 1) in self._store)
+        self.tpdos = tuple(Tpdo(index) for index in range(0x1800, 0x1A00) if (index, 1) in self._objects)
+        self.rpdos = tuple(Rpdo(index) for index in range(0x1400, 0x1600) if (index, 1) in self._objects)
         parameters = [tpdo.index for tpdo in self.tpdos] + [rpdo.index for rpdo in self.rpdos]
         self.indices = (*parameters, *(index + MAPPING for index in parameters))
         self._synchronous_tpdos: tuple[Tpdo, ...] = ()
@@ -55,16 +55,16 @@ class PdoExchange:
     def check(self, index: int, sub: int, value: int, *, pre_operational: bool) -> None:
         """Refuse a PDO parameter that must not be written now; raises SdoAbort."""
         if index & MAPPING:
-            check_mapping(self._store, index, sub, value, pre_operational=pre_operational)
+            check_mapping(self._objects, index, sub, value, pre_operational=pre_operational)
         else:
-            check_communication(self._store, index, sub, value)
+            check_communication(self._objects, index, sub, value)
 
     def configure(self, now: float, *, operational: bool) -> None:
         """Configure all PDOs by the object dictionary and the NMT state; all timers restart."""
         for tpdo in self.tpdos:
-            tpdo.configure(self._store, self._objects.reader, now, operational=operational)
+            tpdo.configure(self._objects, now, operational=operational)
         for rpdo in self.rpdos:
-            rpdo.configure(self._store, operational=operational)
+            rpdo.configure(self._objects, operational=operational)
         valid = [tpdo for tpdo in self.tpdos if tpdo.valid]
         self._synchronous_tpdos = tuple(tpdo for tpdo in valid if tpdo.synchronous and tpdo.transmission_type)
         self._event_tpdos = tuple(tpdo for tpdo in valid if tpdo.transmission_type in {0, DEVICE_EVENT})

@@ -1,23 +1,26 @@
-"""Access to the objects of a device, with checks and reactions (CiA 301 7.4)."""
+"""The objects of a device: their values, checks and reactions (CiA 301 7.4)."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.errors import SdoAbort
-from omnimate.vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
-    from omnimate.vcan_sim.nodes.dictionary import Key, ObjectStore
+    from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
+
+# Objects that are commands, or a history: they are not stored by 1010h.
+_NOT_STORED = {0x1003, 0x1010, 0x1011, 0x6003, 0x6010, 0x6040, 0x60FF}
 
 
 class Objects:
-    """The objects of one device, as SDO and PDOs read and write them.
+    """The objects of one device: defaults of its EDS file, replaced by its settings and by written values.
 
     Attributes:
-        store: Values of the objects that are not measured or computed.
+        variables: Entries of the object dictionary by (index, sub-index).
+        node: Node id of the device, which some defaults contain; `assign` changes it.
         readers: Function that returns an object's present value, by (index, sub-index), for objects
             that are measured or computed instead of stored.
         checks: Function that is called with (sub-index, value) before a value is stored, by index; it
@@ -25,11 +28,40 @@ class Objects:
         reactions: Function that is called with (sub-index, value) after a value was stored, by index.
     """
 
-    def __init__(self, store: ObjectStore) -> None:
-        self.store = store
+    def __init__(self, variables: Mapping[Key, Variable], node: int, settings: Mapping[Key, Value]) -> None:
+        self.variables = variables
+        self.node = node
         self.readers: dict[Key, Callable[[], int]] = {}
         self.checks: dict[int, Callable[[int, int], None]] = {}
         self.reactions: dict[int, Callable[[int, int], None]] = {}
+        self._defaults = {
+            key: variable.default + node
+            if variable.relative and isinstance(variable.default, int)
+            else variable.default
+            for key, variable in variables.items()
+        }
+        self._defaults.update(settings)
+        self._stored: dict[Key, Value] = {}
+        self._values = dict(self._defaults)
+
+    def __contains__(self, key: Key) -> bool:
+        return key in self.variables
+
+    def __getitem__(self, key: Key) -> int:
+        value = self._values[key]
+        assert isinstance(value, int)  # only integers are asked for by the devices themselves
+        return value
+
+    def __setitem__(self, key: Key, value: Value) -> None:
+        self._values[key] = value
+
+    def variable(self, key: Key) -> Variable:
+        """Return an entry; raise SdoAbort if there is none."""
+        variable = self.variables.get(key)
+        if variable is None:
+            index_exists = (key[0], 0) in self.variables
+            raise SdoAbort(Abort.NO_SUBINDEX if index_exists else Abort.NO_OBJECT)
+        return variable
 
     def read(self, index: int, sub: int) -> bytes:
         """Return an object's bytes, as SDO uploads them.
@@ -37,10 +69,8 @@ class Objects:
         Raises:
             SdoAbort: There is no such object, or it has no value now.
         """
-        reader = self.readers.get((index, sub))
-        if reader is None:
-            return self.store.data((index, sub))
-        return self.store.variable((index, sub)).encode(reader())
+        variable, reader = self.variable((index, sub)), self.readers.get((index, sub))
+        return variable.encode(self._values[index, sub] if reader is None else reader())
 
     def size(self, index: int, sub: int) -> int | None:
         """Return the size of an object [byte]; None for a string.
@@ -48,7 +78,7 @@ class Objects:
         Raises:
             SdoAbort: There is no such object.
         """
-        return self.store.variable((index, sub)).size
+        return self.variable((index, sub)).size
 
     def write(self, index: int, sub: int, data: bytes) -> None:
         """Set an object, as SDO downloads and RPDOs do.
@@ -56,17 +86,43 @@ class Objects:
         Raises:
             SdoAbort: There is no such object, it is read-only, or the value is not allowed now.
         """
-        variable = self.store.variable((index, sub))
+        variable = self.variable((index, sub))
         if not variable.writable:
             raise SdoAbort(Abort.READ_ONLY)
         value = variable.decode(data)
         assert isinstance(value, int)  # no string of these devices can be written
         if index in self.checks:
             self.checks[index](sub, value)
-        self.store[index, sub] = value
+        self[index, sub] = value
         if index in self.reactions:
             self.reactions[index](sub, value)
 
     def reader(self, key: Key) -> Callable[[], int]:
         """Return the function by which a PDO reads an object."""
-        return self.readers.get(key) or (lambda: self.store[key])
+        return self.readers.get(key) or (lambda: self[key])
+
+    def reset(self, last_index: int) -> None:
+        """Set all objects up to an index, included, to their values after power-on."""
+        values = self._defaults | self._stored
+        self._values.update({key: value for key, value in values.items() if key[0] <= last_index})
+
+    def store(self) -> None:
+        """Store the objects that SDO may write, for the next power-on (1010h)."""
+        self._stored = {
+            key: self._values[key]
+            for key, variable in self.variables.items()
+            if variable.writable and key[0] not in _NOT_STORED
+        }
+
+    def forget_stored(self) -> None:
+        """Discard the stored values, so that the defaults are restored at the next power-on (1011h)."""
+        self._stored = {}
+
+    def assign(self, node: int) -> None:
+        """Change the node id in all defaults that contain it, and discard the stored values of these."""
+        for key, variable in self.variables.items():
+            default = self._defaults[key]
+            if variable.relative and isinstance(default, int):
+                self._defaults[key] = default + node - self.node
+                self._stored.pop(key, None)
+        self.node = node

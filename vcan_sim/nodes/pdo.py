@@ -8,13 +8,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.errors import SdoAbort
-from omnimate.vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from omnimate.vcan_sim.nodes.dictionary import Key, ObjectStore
+    from omnimate.vcan_sim.nodes.dictionary import Key
+    from omnimate.vcan_sim.nodes.objects import Objects
 
 NOT_VALID = 0x8000_0000  # bit 31 of a COB-ID parameter
 _EXTENDED = 0x2000_0000  # bit 29: 29-bit identifier
@@ -75,18 +75,16 @@ class Tpdo:
         self.sent, self.due = -math.inf, math.inf
         self.data: bytes | None = None
 
-    def configure(
-        self, store: ObjectStore, reader: Callable[[Key], Callable[[], int]], now: float, *, operational: bool
-    ) -> None:
+    def configure(self, objects: Objects, now: float, *, operational: bool) -> None:
         """Take over the PDO parameters of the object dictionary; timers restart."""
-        cob_id = store[self.index, 1]
+        cob_id = objects[self.index, 1]
         self.cob_id, self.valid = cob_id & 0x7FF, not cob_id & NOT_VALID
-        self.transmission_type = store[self.index, 2]
-        self.inhibit, self.event = store[self.index, 3] * 1e-4, store[self.index, 5] * 1e-3
+        self.transmission_type = objects[self.index, 2]
+        self.inhibit, self.event = objects[self.index, 3] * 1e-4, objects[self.index, 5] * 1e-3
         self.syncs, self.data, self.sent = 0, None, -math.inf
-        self.sync_start = store[self.index, 6]
-        entries, self.length = mapped(store, self.index + MAPPING)
-        self._fields = tuple((reader(key), (1 << bits) - 1, shift) for key, bits, shift in entries)
+        self.sync_start = objects[self.index, 6]
+        entries, self.length = mapped(objects, self.index + MAPPING)
+        self._fields = tuple((objects.reader(key), (1 << bits) - 1, shift) for key, bits, shift in entries)
         self.valid = self.valid and operational and self.length > 0
         self.due = now + self.event if self.valid and self.event and not self.synchronous else math.inf
 
@@ -139,13 +137,13 @@ class Rpdo:
         self.due = math.inf
         self.waiting: bytes | None = None
 
-    def configure(self, store: ObjectStore, *, operational: bool) -> None:
+    def configure(self, objects: Objects, *, operational: bool) -> None:
         """Take over the PDO parameters; the deadline starts with the next reception."""
-        cob_id = store[self.index, 1]
+        cob_id = objects[self.index, 1]
         self.cob_id, self.valid = cob_id & 0x7FF, not cob_id & NOT_VALID
-        self.synchronous = store[self.index, 2] <= LAST_SYNCHRONOUS
-        self.deadline, self.due, self.waiting = store[self.index, 5] * 1e-3, math.inf, None
-        self._fields, self.length = mapped(store, self.index + MAPPING)
+        self.synchronous = objects[self.index, 2] <= LAST_SYNCHRONOUS
+        self.deadline, self.due, self.waiting = objects[self.index, 5] * 1e-3, math.inf, None
+        self._fields, self.length = mapped(objects, self.index + MAPPING)
         self.valid = self.valid and operational and self.length > 0
 
     def unpack(self, data: bytes) -> list[tuple[Key, bytes]]:
@@ -157,23 +155,23 @@ class Rpdo:
         ]
 
 
-def mapped(store: ObjectStore, index: int) -> tuple[list[tuple[Key, int, int]], int]:
+def mapped(objects: Objects, index: int) -> tuple[list[tuple[Key, int, int]], int]:
     """Return (object, length, first bit) [bit] of each entry of a mapping, and the PDO's length [byte]."""
     fields, shift = [], 0
-    for sub in range(1, store[index, 0] + 1):
-        entry = store[index, sub]
+    for sub in range(1, objects[index, 0] + 1):
+        entry = objects[index, sub]
         fields.append(((entry >> 16, entry >> 8 & 0xFF), entry & 0xFF, shift))
         shift += entry & 0xFF
     return fields, shift // 8
 
 
-def check_communication(store: ObjectStore, index: int, sub: int, value: int) -> None:
+def check_communication(objects: Objects, index: int, sub: int, value: int) -> None:
     """Refuse a communication parameter (1400h, 1800h) that must not be written; raises SdoAbort."""
     if sub == 1:
-        _check_cob_id(store[index, 1], value)
+        _check_cob_id(objects[index, 1], value)
     elif sub == 2 and 240 < value < 254:
         raise SdoAbort(Abort.VALUE)  # 241 to 251 are reserved; remote frames are not answered
-    elif sub == 3 and not store[index, 1] & NOT_VALID:
+    elif sub == 3 and not objects[index, 1] & NOT_VALID:
         raise SdoAbort(Abort.STATE)
 
 
@@ -188,37 +186,37 @@ def _check_cob_id(old: int, new: int) -> None:
         raise SdoAbort(Abort.VALUE)
 
 
-def check_mapping(store: ObjectStore, index: int, sub: int, value: int, *, pre_operational: bool) -> None:
+def check_mapping(objects: Objects, index: int, sub: int, value: int, *, pre_operational: bool) -> None:
     """Refuse a write to a mapping (1600h, 1A00h) that is invalid or in the wrong order; raises SdoAbort.
 
     The order is: pre-operational, COB-ID invalid, number of entries 0, entries, number of entries.
     """
     communication = index - MAPPING
-    if not pre_operational or not store[communication, 1] & NOT_VALID:
+    if not pre_operational or not objects[communication, 1] & NOT_VALID:
         raise SdoAbort(Abort.STATE)
     if sub == 0:
-        _check_count(store, index, value)
-    elif store[index, 0]:
+        _check_count(objects, index, value)
+    elif objects[index, 0]:
         raise SdoAbort(Abort.STATE)
     else:
-        _check_entry(store, index, value)
+        _check_entry(objects, index, value)
 
 
-def _check_count(store: ObjectStore, index: int, count: int) -> None:
-    entries = [store[index, sub] for sub in range(1, count + 1)]
+def _check_count(objects: Objects, index: int, count: int) -> None:
+    entries = [objects[index, sub] for sub in range(1, count + 1)]
     for entry in entries:
-        _check_entry(store, index, entry)
+        _check_entry(objects, index, entry)
     if sum(entry & 0xFF for entry in entries) > _PDO_BITS:
         raise SdoAbort(Abort.PDO_LENGTH)
 
 
-def _check_entry(store: ObjectStore, index: int, entry: int) -> None:
+def _check_entry(objects: Objects, index: int, entry: int) -> None:
     """Refuse an entry whose object cannot be mapped; a length below its own maps the low bytes."""
     key, bits = (entry >> 16, entry >> 8 & 0xFF), entry & 0xFF
     receives = index < 0x1800
     if receives and _DUMMIES.get(key) == bits:
         return
-    variable = store.variable(key)
+    variable = objects.variable(key)
     fits = variable.size is not None and 0 < bits <= 8 * variable.size and bits % 8 == 0
     if not (variable.mappable and fits and (variable.writable or not receives)):
         raise SdoAbort(Abort.NOT_MAPPABLE)

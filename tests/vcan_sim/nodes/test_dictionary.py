@@ -3,7 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.vcan_sim.nodes.dictionary import ObjectStore, Variable
+from omnimate.vcan_sim.nodes.dictionary import Variable
+from omnimate.vcan_sim.nodes.objects import Objects
 
 sizes = st.sampled_from([1, 2, 4, 8])
 
@@ -28,10 +29,10 @@ def test_after_a_reset_settings_stand_over_the_defaults_and_the_node_id_is_added
         (0x1400, 1): integer(4, signed=False, default=0x200, relative=True),
         (0x6000, 0): integer(4, signed=False, default=6),
     }
-    store = ObjectStore(variables, 9, {(0x6000, 0): 66})
+    objects = Objects(variables, 9, {(0x6000, 0): 66})
     for key in variables:
-        store[key] = 1
-    store.reset(0x1FFF)
-    assert [store[key] for key in variables] == [5, 0x209, 1]
-    store.reset(0xFFFF)
-    assert store[0x6000, 0] == 66
+        objects[key] = 1
+    objects.reset(0x1FFF)
+    assert [objects[key] for key in variables] == [5, 0x209, 1]
+    objects.reset(0xFFFF)
+    assert objects[0x6000, 0] == 66

@@ -2,9 +2,8 @@
 
 import pytest
 
-from omnimate.vcan_sim.errors import SdoAbort
-from omnimate.vcan_sim.nodes.abort import Abort
-from omnimate.vcan_sim.nodes.dictionary import ObjectStore, Variable
+from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
+from omnimate.vcan_sim.nodes.dictionary import Variable
 from omnimate.vcan_sim.nodes.objects import Objects
 
 HEARTBEAT, IDENTITY = (0x1017, 0), (0x1018, 1)
@@ -17,15 +16,13 @@ def variable(*, writable):
 @pytest.fixture
 def objects():
     variables = {HEARTBEAT: variable(writable=True), IDENTITY: variable(writable=False)}
-    return Objects(ObjectStore(variables, 1, {}))
+    return Objects(variables, 1, {})
 
 
 def test_a_value_is_checked_before_it_is_stored_and_reacted_to_after(objects):
     seen = []
-    objects.checks[0x1017] = lambda sub, value: seen.append(("check", sub, value, objects.store[HEARTBEAT]))
-    objects.reactions[0x1017] = lambda sub, value: seen.append(
-        ("react", sub, value, objects.store[HEARTBEAT])
-    )
+    objects.checks[0x1017] = lambda sub, value: seen.append(("check", sub, value, objects[HEARTBEAT]))
+    objects.reactions[0x1017] = lambda sub, value: seen.append(("react", sub, value, objects[HEARTBEAT]))
     objects.write(0x1017, 0, b"\x64\x00")
     assert seen == [("check", 0, 100, 7), ("react", 0, 100, 100)]
     assert objects.read(0x1017, 0) == b"\x64\x00"
@@ -41,7 +38,7 @@ def test_a_refused_value_is_neither_stored_nor_reacted_to(objects):
     with pytest.raises(SdoAbort) as caught:
         objects.write(0x1017, 0, b"\x64\x00")
     assert caught.value.code == Abort.STATE
-    assert objects.store[HEARTBEAT] == 7
+    assert objects[HEARTBEAT] == 7
     assert reactions == []
 
 

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.vcan_sim.errors import SdoAbort
-from omnimate.vcan_sim.nodes.abort import Abort
+from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
 from omnimate.vcan_sim.nodes.sdo import SdoServer
 
 NAME = b"a name of more than seven bytes"
@@ -198,7 +197,7 @@ def test_a_stopped_node_does_not_answer(bench):
 
 def test_every_object_of_every_device_can_be_read_or_says_why_not(bench):
     for node, device in bench.simulated.devices.items():
-        for index, sub in device.store._variables:
+        for index, sub in device.objects.variables:
             answer = bench.request(node, bytes([0x40, index & 0xFF, index >> 8, sub]) + bytes(4))
             is_empty_history = index == 0x1003 and sub
             assert (answer[0] == 0x80) == bool(is_empty_history), (node, hex(index), sub)
