@@ -99,11 +99,6 @@ class Design:
     held: tuple[Held, ...]
     residual_error: float
 
-    @property
-    def identifies(self) -> bool:
-        """Whether it identifies both the wheelbase and E_d, on which a square depends."""
-        return bool(np.isfinite(self.sigma[[0, 2]]).all())
-
 
 def compare_designs(truck: Truck, space: Space) -> tuple[Design, ...]:
     """Return the candidates for a truck in a space, best first; those that identify too little are last."""

@@ -1,12 +1,14 @@
 """A bench for simulated devices: no thread, no clock but the number of SYNCs."""
 
 from collections import deque
+from dataclasses import replace
 
 import can
 import pytest
 
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
+from omnimate.vehicle.file import parse_vehicle
 
 
 class FakePlant:
@@ -132,3 +134,15 @@ def bench():
 @pytest.fixture
 def make_bench():
     return Bench
+
+
+@pytest.fixture
+def vehicle(robot_toml):
+    """Return a robot of two equal trucks."""
+    return parse_vehicle(robot_toml.replace("0.151", "0.150").replace("0.341", "0.340"), "robot")
+
+
+@pytest.fixture
+def alone(vehicle):
+    """Return its front truck as a robot."""
+    return replace(vehicle, trucks={"a": vehicle.trucks["a"]}, linkage=None, encoders=vehicle.encoders[:2])

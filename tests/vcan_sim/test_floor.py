@@ -1,7 +1,6 @@
 """The floor."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,17 +11,9 @@ from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
-from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
-from omnimate.vehicle.odometry import dead_reckon
-from omnimate.vehicle.se2 import between, compose
 from omnimate.vehicle.sonar import Sonar
-
-
-@pytest.fixture
-def vehicle(robot_toml):
-    two = parse_vehicle(robot_toml.replace("0.151", "0.150"), "robot")
-    return replace(two, trucks={"a": two.trucks["a"]}, linkage=None, encoders=two.encoders[:2])
+from tests.vcan_sim.test_simulate import return_errors
 
 
 @pytest.mark.parametrize("roughness", [-1e-4, math.nan, math.inf])
@@ -31,12 +22,12 @@ def test_a_roughness_that_no_floor_has_is_refused(roughness):
         Floor(roughness)
 
 
-def test_the_heading_scatters_with_the_square_root_of_the_way_whatever_the_step(vehicle):
+def test_the_heading_scatters_with_the_square_root_of_the_way_whatever_the_step(alone):
     turns = {}
     for dt in (0.005, 0.02):
         headings = []
         for seed in range(200):
-            plant = Plant(Truth(vehicle, floor=Floor(1e-3), servo=1e9, seed=seed), vehicle)
+            plant = Plant(Truth(alone, floor=Floor(1e-3), servo=1e9, seed=seed), alone)
             for _ in range(round(2.0 / (4.0 * 0.075 * dt))):
                 plant.step((4.0, 4.0), dt)
             headings.append(plant.pose("a")[2])
@@ -45,24 +36,18 @@ def test_the_heading_scatters_with_the_square_root_of_the_way_whatever_the_step(
     assert list(turns.values()) == pytest.approx([wanted, wanted], rel=0.2)
 
 
-def test_a_robot_that_stands_is_not_shaken(vehicle):
-    plant = Plant(Truth(vehicle, floor=Floor(1e-3)), vehicle)
+def test_a_robot_that_stands_is_not_shaken(alone):
+    plant = Plant(Truth(alone, floor=Floor(1e-3)), alone)
     for _ in range(100):
         plant.step((0.0, 0.0), 0.015)
     assert not plant.pose("a").any()
 
 
-def test_on_concrete_the_return_position_of_a_4_m_square_scatters_by_25_mm_in_x_and_y(vehicle):
+def test_on_concrete_the_return_position_of_a_4_m_square_scatters_by_25_mm_in_x_and_y(alone):
     errors = []
     for seed in range(4):
-        truth = Truth(vehicle, floor=Floor(CONCRETE_ROUGHNESS), sonar=Sonar(sigma=0.0), seed=seed)
-        recording = simulate(vehicle, truth, umbmark(runs=40))
-        path, fixes = dead_reckon(recording), recording.poses
-        for lap in recording.run.laps:
-            first, last = np.searchsorted(recording.time, [lap.start - 1e-6, lap.end - 1e-6])
-            before = fixes.pose[np.searchsorted(fixes.time, lap.start) - 1]
-            after = fixes.pose[np.searchsorted(fixes.time, lap.end)]
-            errors.append(after - compose(before, between(path[first], path[last])))
+        truth = Truth(alone, floor=Floor(CONCRETE_ROUGHNESS), sonar=Sonar(sigma=0.0), seed=seed)
+        errors += return_errors(simulate(alone, truth, umbmark(runs=40)), "a").tolist()
     scatter = np.std(errors, axis=0)[:2]
     assert len(errors) == 320
     assert scatter == pytest.approx([0.025, 0.025], rel=0.12)  # three standard errors of 320 runs

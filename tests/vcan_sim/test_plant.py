@@ -15,15 +15,9 @@ from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.counters import counter_law, counters_of, take_readings
-from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.linkage import linkage_of
 
 DT = 0.015
-
-
-@pytest.fixture
-def vehicle(robot_toml):
-    return parse_vehicle(robot_toml.replace("0.151", "0.150").replace("0.341", "0.340"), "robot")
 
 
 def plant_of(vehicle, floor=SMOOTH, start=(0.0, 0.0, 0.0), **truth):
@@ -111,8 +105,7 @@ def test_joint_counts_go_on_over_whole_turns(vehicle):
     assert plant.raw_counts()[joint] == pytest.approx(2 * 16384, abs=0.01 * 16384)
 
 
-def test_a_single_truck_has_two_counters_and_no_linkage(vehicle):
-    alone = replace(vehicle, trucks={"a": vehicle.trucks["a"]}, linkage=None, encoders=vehicle.encoders[:2])
+def test_a_single_truck_has_two_counters_and_no_linkage(alone):
     plant = prompt(alone)
     drive(plant, (2.0, 2.0), 100)
     assert len(plant.raw_counts()) == 2

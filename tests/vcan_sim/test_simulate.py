@@ -19,21 +19,10 @@ from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.counters import counter_law, counters_of, take_readings
-from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.odometry import Odometer, dead_reckon
 from omnimate.vehicle.sample import Sample
 from omnimate.vehicle.se2 import between, compose, wrap
 from omnimate.vehicle.sonar import Sonar
-
-
-@pytest.fixture
-def vehicle(robot_toml):
-    return parse_vehicle(robot_toml.replace("0.151", "0.150").replace("0.341", "0.340"), "robot")
-
-
-@pytest.fixture
-def alone(vehicle):
-    return replace(vehicle, trucks={"a": vehicle.trucks["a"]}, linkage=None, encoders=vehicle.encoders[:2])
 
 
 def wrong(vehicle, **truth):

@@ -46,7 +46,6 @@ def test_umbmark_of_the_same_way_leaves_half_as_much_again(designs):
 
 def test_one_direction_or_out_and_back_identify_nothing(designs):
     for name in ("squares", "14 m out"):
-        assert not designs[name].identifies
         assert math.isnan(designs[name].residual_error)
         assert {"wheelbase", "diameter ratio (E_d)"} <= {one.name for one in designs[name].held}
 

@@ -14,10 +14,9 @@ from omnimate.motion.paths import figure_eight, free, out_and_back, squares, umb
 from omnimate.vcan_sim.floor import SMOOTH
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.truth import Truth, with_errors
+from omnimate.vcan_sim.truth import Truth, uncalibrated
 from omnimate.vehicle.arcs import integrate
 from omnimate.vehicle.parameters import Truck
-from omnimate.vehicle.recording import Poses
 from omnimate.vehicle.se2 import compose, wrap
 from omnimate.vehicle.sonar import Sonar
 from studies.datasets.optiodom.tricycle import Tricycle
@@ -63,8 +62,7 @@ def robot():
 
 
 def truth_of(robot, seed, **changes):
-    true = with_errors(robot, {"a": 336.17 / 340.0, "b": 340.0 / 336.17}, {"a": 1.00084, "b": 1.0 / 1.00084})
-    return Truth(true, seed=seed, **changes)
+    return Truth(uncalibrated(robot), seed=seed, **changes)
 
 
 @pytest.mark.parametrize(
@@ -136,7 +134,7 @@ def test_a_wild_fix_is_named_and_does_no_harm(robot):
     pose = recording.poses.pose.copy()
     pose[7] += [1.0, -0.7, 0.3]
     old = recording.poses
-    spoiled = replace(recording, poses=Poses(old.time.copy(), old.body.copy(), pose, old.sigma.copy()))
+    spoiled = replace(recording, poses=replace(old, pose=pose))
     found = calibrate_truck([spoiled])
     assert [round(one.time, 6) for one in found.estimate.down_weighted] == [round(float(old.time[7]), 6)]
     assert found.estimate.down_weighted[0].weight < 0.02

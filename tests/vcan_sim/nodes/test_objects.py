@@ -42,22 +42,6 @@ def test_a_refused_value_is_neither_stored_nor_reacted_to(objects):
     assert reactions == []
 
 
-@pytest.mark.parametrize(
-    ("index", "sub", "data", "code"),
-    [
-        (0x1018, 1, b"\0\0", Abort.READ_ONLY),
-        (0x1017, 0, b"\0", Abort.LENGTH),
-        (0x1017, 0, b"\xff\xff", Abort.VALUE),
-        (0x1017, 1, b"\0\0", Abort.NO_SUBINDEX),
-        (0x2000, 0, b"\0\0", Abort.NO_OBJECT),
-    ],
-)
-def test_what_cannot_be_written_is_refused_with_the_code_of_cia_301(objects, index, sub, data, code):
-    with pytest.raises(SdoAbort) as caught:
-        objects.write(index, sub, data)
-    assert caught.value.code == code
-
-
 def test_a_measured_object_is_read_from_its_reader_by_sdo_and_by_pdo(objects):
     objects.readers[HEARTBEAT] = lambda: 0x1234
     assert objects.read(*HEARTBEAT) == b"\x34\x12"

@@ -1,17 +1,20 @@
-"""Encoders that stand still."""
+"""Checks before every calibration: one robot, and no encoder that stands still."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from omnimate.calib.errors import FrozenChannelError
+from omnimate.calib.errors import CalibrationError, FrozenChannelError
+from omnimate.calib.linkage.calibration import calibrate_linkage
+from omnimate.calib.paths.drives import drives_of
 from omnimate.calib.recordings import frozen_linkage
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Recording
 
 VEHICLE = reference_vehicle()
@@ -55,3 +58,22 @@ def test_a_robot_that_stands_has_no_frozen_channel(recording: Recording) -> None
     """Nothing moves, nothing is missed."""
     still = replace(recording, counts=np.tile(recording.counts[:1], (len(recording), 1)))
     assert frozen_linkage(still) == ()
+
+
+@pytest.mark.parametrize("calibrate", [drives_of, experiment_of_recordings, calibrate_linkage])
+def test_recordings_of_two_robots_are_refused_and_so_are_none(recording: Recording, calibrate) -> None:
+    """The same robot with another truck, as before and after a calibration, is another one, too."""
+    other = VEHICLE.with_truck("a", Truck(0.4, 0.15, 0.15))
+    with pytest.raises(CalibrationError, match=r"^other: truck a differs.*expected one robot"):
+        calibrate([recording, replace(recording, vehicle=other, source="other")])
+    named = replace(VEHICLE, name="twin")
+    with pytest.raises(CalibrationError, match="give recordings of one robot at a time"):
+        calibrate([recording, replace(recording, vehicle=named)])
+    with pytest.raises(CalibrationError, match="no recording given"):
+        calibrate([])
+
+
+@pytest.mark.parametrize("calibrate", [drives_of, experiment_of_recordings])
+def test_a_truck_that_is_not_there_is_refused(drive_squares, calibrate) -> None:
+    with pytest.raises(CalibrationError, match="no truck b"):
+        calibrate([drive_squares(Truck(0.34, 0.15, 0.15), Truck(0.34, 0.15, 0.15))], "b")
