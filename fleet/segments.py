@@ -24,7 +24,6 @@ from omnimate.vehicle.se2 import lever_matrix, wrap
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.recording import Poses, Recording
 
 PARAMETERS = ("left wheel", "right wheel", "wheelbase")  # ratios of true to nominal size, less 1 [1]
@@ -107,21 +106,19 @@ class Crossings:
         return Crossings(self.segment[rows], self.cell[rows], self.loss[rows], self.creep[rows])
 
 
-def cut_segments(recording: Recording, truck: TruckName = "a") -> tuple[Segments, Crossings] | None:
-    """Return the segments of a truck between absolute poses, and their crossings; None without two poses.
+def cut_segments(recording: Recording) -> tuple[Segments, Crossings] | None:
+    """Return the segments of truck a between absolute poses, and their crossings; None without two poses.
 
-    Args:
-        recording: A recording with poses, dense or at docks; only poses with a heading are used.
-        truck: Name of the truck.
+    The poses may be dense or at docks; only those with a heading are used.
     """
-    fixes = _poses_with_heading(recording, truck)
+    fixes = _poses_with_heading(recording)
     if fixes is None:
         return None
-    left, right, _ = truck_travel(recording, truck)
+    left, right, _ = truck_travel(recording, "a")
     travelled = np.concatenate(([0.0], np.cumsum(0.5 * np.abs(np.diff(left)) + 0.5 * np.abs(np.diff(right)))))
     chosen = _choose_ends(np.interp(fixes.time, recording.time, travelled))
-    cuts = [gap.end for gap in recording.gaps if gap.channel in wheels_of(truck) and gap.reason != "missing"]
-    base = recording.vehicle.trucks[truck].wheelbase
+    cuts = [gap.end for gap in recording.gaps if gap.channel in wheels_of("a") and gap.reason != "missing"]
+    base = recording.vehicle.trucks["a"].wheelbase
     sigma = np.where(np.isfinite(fixes.sigma) & (fixes.sigma > 0.0), fixes.sigma, _DEFAULT_POSE_SIGMA)
     rows, crossed = [], []
     ends: list[tuple[int, int]] = []
@@ -153,16 +150,14 @@ def cut_segments(recording: Recording, truck: TruckName = "a") -> tuple[Segments
     return segments, Crossings(number, cell, loss, creep)
 
 
-def _poses_with_heading(recording: Recording, truck: TruckName) -> Poses | None:
-    """Return the poses of a truck with a heading, within the recording's time; None if fewer than two."""
+def _poses_with_heading(recording: Recording) -> Poses | None:
+    """Return the poses of truck a with a heading, within the recording's time; None if fewer than two."""
     if recording.poses is None:
         return None
-    poses = recording.poses.of(truck)
+    poses = recording.poses.of("a")
     inside = (poses.time >= recording.time[0]) & (poses.time <= recording.time[-1])
     usable = inside & np.isfinite(poses.pose).all(axis=1)
-    if usable.sum() < 2:
-        return None
-    return type(poses)(poses.time[usable], poses.body[usable], poses.pose[usable], poses.sigma[usable])
+    return poses.select(usable) if usable.sum() >= 2 else None
 
 
 def _choose_ends(travelled: Array) -> list[int]:

@@ -108,7 +108,7 @@ def find_layout(
         )
         for is_packed, widths in ((False, 1.0 - packed_prior), (True, packed_prior))
     ]
-    whole = _log2_sum(entry.total for entry in hypotheses)
+    whole = log2_sum(entry.total for entry in hypotheses)
     shares = [2.0 ** (entry.total - whole) for entry in hypotheses]
     big = shares[2] + shares[3]
     same_order = [k for k in range(4) if hypotheses[k].is_big_endian == (big > 0.5)]
@@ -225,9 +225,10 @@ def _fixed_point_code(column: Column, exponents: NDArray[np.int64]) -> float:
     return 1.0 + place_bits + min(residual_code(np.diff(numbers)), residual_code(deviation[1:]))
 
 
-def log2_sum(weights: Mapping[Reading, float]) -> float:
-    """Return log2 of the sum of the readings' weights, which are given as log2."""
-    return _log2_sum(weights.values())
+def log2_sum(logarithms: Iterable[float]) -> float:
+    """Return log2 of the sum of weights, which are given as log2."""
+    values = list(logarithms)
+    return float(np.logaddexp2.reduce(values)) if values else LOG_ZERO
 
 
 def _prior(kind: Kind, bits: int, direction: Direction) -> float:
@@ -286,19 +287,19 @@ class _Layouts:
         self.table = table
         self.is_big_endian = is_big_endian
         self._is_packed = is_packed
-        self.weight = {ends: log2_sum(self._weights(*ends)) for ends in table.readings}
+        self.weight = {ends: log2_sum(self._weights(*ends).values()) for ends in table.readings}
         count = len(table.edges) - 1
         self._before = [prior] + [LOG_ZERO] * count
         self._best: list[tuple[float, int]] = [(prior, 0)]
         for end in range(1, count + 1):
             extended = [self._before[start] + self.weight[start, end] for start in range(end)]
-            self._before[end] = _log2_sum(extended)
+            self._before[end] = log2_sum(extended)
             self._best.append(
                 max((self._best[start][0] + self.weight[start, end], start) for start in range(end))
             )
         self._after = [LOG_ZERO] * count + [0.0]
         for start in range(count - 1, -1, -1):
-            self._after[start] = _log2_sum(
+            self._after[start] = log2_sum(
                 self._after[end] + self.weight[start, end] for end in range(start + 1, count + 1)
             )
         self.total = self._before[count]
@@ -333,8 +334,3 @@ class _Layouts:
         """Return the probability of each reading of a field [0 to 1]."""
         weight = self.weight[start, end]
         return {reading: 2.0 ** (entry - weight) for reading, entry in self._weights(start, end).items()}
-
-
-def _log2_sum(logarithms: Iterable[float]) -> float:
-    values = list(logarithms)
-    return float(np.logaddexp2.reduce(values)) if values else LOG_ZERO

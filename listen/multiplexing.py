@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from omnimate.listen.code_lengths import flags_value, symbol_code
-from omnimate.listen.layout import find_layout
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from numpy.typing import NDArray
 
     from omnimate.listen.layout import Layout
-    from omnimate.listen.priors import Direction
 
 # Assumptions on a multiplexor: its values are sent in turn, with few exceptions.
 MAX_VALUES = 16  # distinct values
@@ -40,16 +38,14 @@ class Multiplexed(NamedTuple):
 
 
 def find_multiplexor(
-    data: NDArray[np.uint8], plain: Layout, direction: Direction, big_endian_prior: float, packed_prior: float
+    data: NDArray[np.uint8], plain: Layout, layout_of: Callable[[NDArray[np.uint8]], Layout]
 ) -> Multiplexed | None:
     """Return the multiplexor of a message if it makes the description shorter; None otherwise.
 
     Args:
         data: Data of the frames, shape `(N, length)`.
         plain: Their layout without a multiplexor.
-        direction: Whether the node sends or receives them.
-        big_endian_prior: Prior probability of the big-endian order [0 to 1].
-        packed_prior: Prior probability of widths that no profile has [0 to 1].
+        layout_of: Returns the layout of frames: `find_layout` with direction and priors.
     """
     best: tuple[float, Multiplexed] | None = None
     for byte, values in _candidates(data):
@@ -62,19 +58,7 @@ def find_multiplexor(
         parts = [(first, last) for first, last in ((0, byte), (byte + 1, data.shape[1])) if first < last]
         for value in values:
             rows = data[data[:, byte] == value]
-            layouts[value] = tuple(
-                (
-                    first,
-                    last,
-                    find_layout(
-                        rows[:, first:last],
-                        direction=direction,
-                        big_endian_prior=big_endian_prior,
-                        packed_prior=packed_prior,
-                    ),
-                )
-                for first, last in parts
-            )
+            layouts[value] = tuple((first, last, layout_of(rows[:, first:last])) for first, last in parts)
             total += sum(layout.log2_evidence for *_, layout in layouts[value])
         if total > plain.log2_evidence + MIN_GAIN and (best is None or total > best[0]):
             best = total, Multiplexed(8 * byte, layouts)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -135,7 +136,7 @@ class LearnedSignal:
         return replace(self, reasons=(*self.reasons, *reasons), **changes)
 
 
-def learn_signals(message: Message, known: Sequence[Signal] = ()) -> tuple[LearnedSignal, ...]:
+def learn_signals(message: Message, known: Sequence[Signal]) -> tuple[LearnedSignal, ...]:
     """Return the signals of a message: those of `known` if given, else those of its most probable layout.
 
     Args:
@@ -149,13 +150,15 @@ def learn_signals(message: Message, known: Sequence[Signal] = ()) -> tuple[Learn
             if mapped.start_bit + mapped.bits <= 8 * message.data.shape[1]
         )
     is_canopen = message.node > 0
-    big_endian_prior = priors.BIG_ENDIAN if is_canopen else priors.BIG_ENDIAN_ELSEWHERE
-    packed_prior = priors.PACKED if is_canopen else priors.PACKED_ELSEWHERE
-    part = _most_active_frames(message.data)
-    layout = find_layout(
-        part, direction=message.direction, big_endian_prior=big_endian_prior, packed_prior=packed_prior
+    layout_of = partial(
+        find_layout,
+        direction=message.direction,
+        big_endian_prior=priors.BIG_ENDIAN if is_canopen else priors.BIG_ENDIAN_ELSEWHERE,
+        packed_prior=priors.PACKED if is_canopen else priors.PACKED_ELSEWHERE,
     )
-    multiplexed = find_multiplexor(part, layout, message.direction, big_endian_prior, packed_prior)
+    part = _most_active_frames(message.data)
+    layout = layout_of(part)
+    multiplexed = find_multiplexor(part, layout, layout_of)
     if multiplexed is None:
         return _signals(message, layout)
     learned = [_multiplexor(message, multiplexed)]
@@ -298,7 +301,7 @@ def _known_signal(message: Message, known: Signal) -> LearnedSignal:
         weights = {("float", True): 0.0}
     elif of_profile is not None:
         weights = {of_profile: 0.0}
-    total = log2_sum(weights)
+    total = log2_sum(weights.values())
     readings = {reading: 2.0 ** (weight - total) for reading, weight in weights.items()}
     kinds = _kinds(readings)
     kind = max(kinds, key=lambda name: kinds[name])

@@ -109,10 +109,9 @@ def find_trucks(
         scores.append((score, pairing))
     scores.sort(reverse=True)
     evidence = scores[0][0] - scores[1][0]
-    no_joints: tuple[int | None, ...] = (None,) * len(others)
     if evidence < math.log(MIN_ODDS):
         why = "which wheels belong to one truck is not identified: no joint turned with two of them"
-        return Trucks(None, has_sides=False, front=None, joints=no_joints, reasons=(why,))
+        return Trucks(None, has_sides=False, front=None, joints=(None,) * len(others), reasons=(why,))
     pairing = scores[0][1]
     reasons = [f"trucks: odds e^{min(evidence, 999):.0f} for these pairs of wheels"]
     if any(nodes[i] and nodes[i] == nodes[j] for i, j in pairing):

@@ -260,12 +260,11 @@ def _kinematics(
 
 def _trucks(wheels: Sequence[Shaft], ratios: list[float], rest: Sequence[Shaft], forward: int) -> Trucks:
     """Return the assignment of wheels to trucks, and the joints among the other shafts."""
-    no_joints: tuple[int | None, ...] = (None,) * len(rest)
     if len(wheels) == 2:
         why = "two wheels make one truck; only a turn of known direction identifies the left one"
         if rest:
             why = "other shafts move, too, so the two wheels may be of two trucks: this is not identified"
-        return Trucks(None, has_sides=not rest, front=None, joints=no_joints, reasons=(why,))
+        return Trucks(None, has_sides=not rest, front=None, joints=(None,) * len(rest), reasons=(why,))
     rates = np.array([_smooth(wheel.position.rate) for wheel in wheels])
     nodes = [wheel.position.signal.node for wheel in wheels]
     others = [(_smooth(shaft.position.rate), shaft.position.value) for shaft in rest]
@@ -304,24 +303,17 @@ def _others(rest: Sequence[Shaft], rates: NDArray[np.float64], assignment: Truck
         causes = [one, other, *(one * angle**2 for angle in angles)]
         if truck is not None:
             causes = [rates[wheel] for wheel in assignment.pairing[truck]]
-        share = _explained_share(
-            _smooth(shaft.position.rate), [_smooth(cause) for cause in (*causes, *angle_terms)]
-        )
-        if truck is not None:
-            others.append(OtherShaft(shaft, f"joint of truck {truck + 1}", share))
-        else:
-            others.append(OtherShaft(shaft, "slider" if share > MIN_SLIDER_SHARE else "cannot tell", share))
+        causes = [_smooth(cause) for cause in (*causes, *angle_terms)]
+        # Share of the variance of its rate that linear regression on the causes explains [0 to 1].
+        share = max(0.0, 1.0 - fit_causes(_smooth(shaft.position.rate), [*causes, np.ones(len(one))])[0])
+        role = "slider" if share > MIN_SLIDER_SHARE else "cannot tell"
+        others.append(OtherShaft(shaft, role if truck is None else f"joint of truck {truck + 1}", share))
     return tuple(others)
 
 
 def _smooth(rate: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the moving average over five steps of the clock."""
     return np.convolve(rate, np.ones(5) / 5, "same")
-
-
-def _explained_share(rate: NDArray[np.float64], causes: Sequence[NDArray[np.float64]]) -> float:
-    """Return the share of a rate's variance that linear regression on causes explains [0 to 1]."""
-    return max(0.0, 1.0 - fit_causes(rate, [*causes, np.ones(len(rate))])[0])
 
 
 def _turns(

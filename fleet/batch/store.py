@@ -49,8 +49,8 @@ def make_key(version: Mapping[str, str], *, diagnosed: bool) -> str:
     return _hash("\n".join(parts).encode())[:16]
 
 
-def recordings_in(files: Files, day: str = "*") -> list[StoredRecording]:
-    """Return the recordings of a store, of all days or of one (YYYY-MM-DD), in the order of their paths.
+def recordings_in(files: Files, day: str) -> list[StoredRecording]:
+    """Return the recordings of a store, of one day (YYYY-MM-DD) or of all ("*"), in the order of their paths.
 
     Raises:
         FleetError: There is none.

@@ -28,7 +28,6 @@ from omnimate.mismatch.triage.triage import triage
 from omnimate.vehicle.errors import OmnimateError
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.odometry import truck_travel
-from omnimate.vehicle.recording import Poses
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -164,7 +163,7 @@ def _cut_recording(recording: Recording, start: float, end: float) -> Recording:
     rows, poses, run = recording.between(start, end), recording.poses, recording.run
     if poses is not None:
         inside = (poses.time >= start) & (poses.time <= end)
-        poses = Poses(poses.time[inside], poses.body[inside], poses.pose[inside], poses.sigma[inside])
+        poses = poses.select(inside)
     if run is not None:
         run = replace(run, laps=tuple(lap for lap in run.laps if start <= lap.start and lap.end <= end))
     return replace(

@@ -142,7 +142,6 @@ def write_store(
     minutes: float,
     *,
     pose_period: float = 0.0,
-    compress: bool = True,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> int:
     """Write the recordings of all robots on some days, and `hall.toml`; return the number of recordings.
@@ -154,7 +153,6 @@ def write_store(
         laps: Number of laps of each robot on each day.
         minutes: Approximate time of each lap [min].
         pose_period: Time between measured poses [s]; 0 for poses at docks only.
-        compress: Whether logs are written as `can.log.gz`.
         progress: Called with (recordings written, number of recordings).
 
     Raises:
@@ -169,7 +167,7 @@ def write_store(
                 recording = hall_lap(hall, robot, day, lap, minutes, pose_period)
                 began = datetime.fromtimestamp(float(recording.time[0]), UTC)
                 folder = store / f"robot={robot.vehicle.name}" / f"day={began:%Y-%m-%d}"
-                save_recording(recording, folder / f"{began:%H%M%S}", compress=compress)
+                save_recording(recording, folder / f"{began:%H%M%S}", compress=True)
                 done += 1
                 progress(done, total)
     return total
