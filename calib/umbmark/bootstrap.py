@@ -16,8 +16,8 @@ import numpy as np
 
 from omnimate.calib.distributions import normal_probability, student_quantile
 from omnimate.calib.errors import CalibrationError
-from omnimate.calib.umbmark.scatter import MIRROR, scatter_of, weights_of
-from omnimate.calib.umbmark.square import fit_factors
+from omnimate.calib.umbmark.return_errors import MIRROR
+from omnimate.calib.umbmark.square import fit_factors, weights_of
 from omnimate.calib.umbmark.uncertainty import CONFIDENCE, Uncertainty, between_limits, factors_at
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ MIN_RUNS = 3  # per direction; with two, intervals of 95 per cent cover the trut
 
 def can_bootstrap(errors: ReturnErrors) -> bool:
     """Return whether each direction has enough runs to draw from."""
-    return min(len(errors.cw), len(errors.ccw)) >= MIN_RUNS
+    return min(errors.runs) >= MIN_RUNS
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,12 +58,11 @@ def bootstrap(calibration: Calibration, resamples: int = RESAMPLES, seed: int = 
     """
     experiment, correction = calibration.experiment, calibration.correction
     errors = experiment.errors
-    scatter = scatter_of(errors)
     if not can_bootstrap(errors):
         raise CalibrationError(
             errors.source, f"a bootstrap needs {MIN_RUNS} runs in each direction at least: drive five"
         )
-    inflated = np.nan_to_num(scatter.deviations) * math.sqrt(len(scatter.deviations) / scatter.freedom)
+    inflated = np.nan_to_num(errors.deviations) * math.sqrt(sum(errors.runs) / errors.freedom)
     chance = np.random.default_rng(seed)
     middle = np.nan_to_num(errors.centres)
     cw = middle[0] + _draw(chance, inflated, resamples, len(errors.cw)) * MIRROR
@@ -74,10 +73,10 @@ def bootstrap(calibration: Calibration, resamples: int = RESAMPLES, seed: int = 
     else:
         centres = np.stack([cw.mean(axis=1), ccw.mean(axis=1)], axis=1)
         factors = factors_at(experiment, correction.method, centres, start)
-    tail = normal_probability(student_quantile(0.5 - 0.5 * CONFIDENCE, scatter.freedom))
+    tail = normal_probability(student_quantile(0.5 - 0.5 * CONFIDENCE, errors.freedom))
     low, high = np.quantile(factors, [tail, 1.0 - tail], axis=0)
     covariance = np.cov(factors.T)
-    return Bootstrap(factors, between_limits(calibration, covariance, scatter.freedom, CONFIDENCE, low, high))
+    return Bootstrap(factors, between_limits(calibration, covariance, errors.freedom, CONFIDENCE, low, high))
 
 
 def _draw(chance: np.random.Generator, deviations: Array, resamples: int, runs: int) -> Array:

@@ -15,8 +15,7 @@ import numpy as np
 from omnimate.calib.apply import corrected_truck, factors_between
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.printed import Correction
-from omnimate.calib.umbmark.scatter import scatter_of, weights_of
-from omnimate.calib.umbmark.square import fit_factors, square_ends
+from omnimate.calib.umbmark.square import fit_factors, square_ends, weights_of
 
 if TYPE_CHECKING:
     from omnimate.calib.umbmark.return_errors import ReturnErrors
@@ -50,17 +49,15 @@ def weights_of_centres(errors: ReturnErrors, method: ExactMethod) -> Array:
     Raises:
         CalibrationError: "weighted" lacks a heading, or each direction has only a single run.
     """
-    runs = len(errors.cw), len(errors.ccw)
     if method == "exact":
-        return np.outer(np.sqrt(runs) / errors.side, [1.0, 1.0, 0.0])
-    scatter = scatter_of(errors)
+        return np.outer(np.sqrt(errors.runs) / errors.side, [1.0, 1.0, 0.0])
     if not errors.has_headings:
         raise CalibrationError(errors.source, "headings are wanted, but some run has none")
-    if scatter.freedom == 0:
+    if errors.freedom == 0:
         raise CalibrationError(
             errors.source, "one run in each direction has no scatter to weigh it by: drive five"
         )
-    return weights_of(scatter.sigma, runs, errors.side)
+    return weights_of(errors.sigma, errors.runs, errors.side)
 
 
 def solve_exact(errors: ReturnErrors, truck: Truck, method: ExactMethod = "exact") -> Correction:

@@ -95,7 +95,7 @@ class Calibration:
 def usable_methods(errors: ReturnErrors) -> tuple[Method, ...]:
     """Return the methods that the data allow; some need headings, one needs a scatter for its weights."""
     wanting = set[Method]() if errors.has_headings else {"heading", "weighted"}
-    if len(errors.cw) + len(errors.ccw) < 3:
+    if errors.freedom == 0:
         wanting.add("weighted")
     return tuple(method for method in METHODS if method not in wanting)
 

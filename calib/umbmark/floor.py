@@ -37,8 +37,7 @@ def floor_roughness(errors: ReturnErrors, wheelbase: float) -> Interval:
         wheelbase: Wheelbase of the truck [m].
     """
     unit = square_covariance(errors.side, wheelbase)
-    freedom = len(errors.cw) + len(errors.ccw) - 2
-    variance = errors.scatter**2
+    freedom, variance = errors.freedom, errors.scatter**2
     limits = (
         [freedom * variance / chi2_quantile(0.5 + half * CONFIDENCE, freedom) for half in (0.5, -0.5)]
         if freedom

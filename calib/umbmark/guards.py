@@ -16,7 +16,7 @@ from omnimate.calib.advice import Advice, Severity
 from omnimate.calib.apply import corrected_truck
 from omnimate.calib.distributions import fisher_tail
 from omnimate.calib.umbmark.exact import solve_exact, square_returns
-from omnimate.calib.umbmark.scatter import MIRROR, scatter_of
+from omnimate.calib.umbmark.return_errors import MIRROR
 from omnimate.calib.umbmark.square import factor_scales, square_ends
 from omnimate.calib.umbmark.uncertainty import factor_slopes
 
@@ -64,8 +64,7 @@ def without_outliers(experiment: Experiment) -> tuple[Experiment, tuple[Advice, 
 
 
 def _few_runs(errors: ReturnErrors) -> tuple[Advice, ...]:
-    counts = {"cw": len(errors.cw), "ccw": len(errors.ccw)}
-    single = [name for name, count in counts.items() if count == 1]
+    single = [name for name, count in zip(("cw", "ccw"), errors.runs, strict=True) if count == 1]
     if not single:
         return ()
     severity: Severity = "error" if len(single) == 2 else "warning"
@@ -100,7 +99,6 @@ def _outliers(errors: ReturnErrors) -> list[tuple[float, SquareDirection, int, f
     Each is its probability, its direction, its place from 0, and its distance from the others [m].
     """
     outliers: list[tuple[float, SquareDirection, int, float]] = []
-    total = len(errors.cw) + len(errors.ccw)
     both: tuple[tuple[SquareDirection, Array, Array], ...] = (
         ("cw", errors.cw, errors.ccw),
         ("ccw", errors.ccw, errors.cw),
@@ -108,7 +106,7 @@ def _outliers(errors: ReturnErrors) -> list[tuple[float, SquareDirection, int, f
     for name, runs, other in both:
         for number in range(len(runs) if len(runs) >= 3 else 0):
             chance, distance = _chance_of(runs[number], np.delete(runs, number, axis=0), other)
-            if chance * total < CHANCE and distance > 1e-6 * errors.side:
+            if chance * sum(errors.runs) < CHANCE and distance > 1e-6 * errors.side:
                 outliers.append((chance, name, number, distance))
     return outliers
 
@@ -129,16 +127,17 @@ def _chance_of(run: Array, rest: Array, other: Array) -> tuple[float, float]:
 def _off_diagonals(experiment: Experiment) -> tuple[Advice, ...]:
     """Find centres of gravity off the diagonals on which U (4.17) and (4.18) put them."""
     errors, truck = experiment.errors, experiment.truck
-    scatter = scatter_of(errors)
-    if scatter.freedom == 0:
+    if errors.freedom == 0:
         return ()
     correction = solve_exact(errors, truck)
     chain = square_returns(truck, corrected_truck(truck, correction.e_b, correction.e_d), errors.side)
     across = np.array([math.sqrt(0.5), math.sqrt(0.5)])  # of the ccw diagonal; cw is mirrored
     rest = ((errors.centres - chain) * np.stack([MIRROR, np.ones(3)]))[:, :2] @ across
-    variance = across @ scatter.covariance[:2, :2] @ across
-    runs = np.array([len(errors.cw), len(errors.ccw)])
-    if variance <= 0.0 or fisher_tail(0.5 * np.sum(runs * rest**2) / variance, 2, scatter.freedom) >= CHANCE:
+    variance = across @ errors.covariance[:2, :2] @ across
+    if (
+        variance <= 0.0
+        or fisher_tail(0.5 * np.sum(errors.runs * rest**2) / variance, 2, errors.freedom) >= CHANCE
+    ):
         return ()
     size = float(np.abs(rest).max())
     what = (
@@ -180,18 +179,17 @@ def _headings(experiment: Experiment) -> tuple[Advice, ...]:
 def _contradict(experiment: Experiment, rest: Array, factors: tuple[float, float]) -> bool:
     """Return whether headings differ from those that positions predict by more than the runs' scatter."""
     errors, truck = experiment.errors, experiment.truck
-    scatter = scatter_of(errors)
-    if scatter.freedom < _FEW and np.abs(rest).max() > _FAR:
+    if errors.freedom < _FEW and np.abs(rest).max() > _FAR:
         return True
-    if scatter.freedom < 2:
+    if errors.freedom < 2:
         return False
     scales, by_logs = factor_scales(truck, np.log(np.array(factors)))
     by_factors = (square_ends(truck, errors.side, scales)[1] @ by_logs)[:, 2, :] / np.array(factors)
     slopes = -by_factors @ factor_slopes(experiment, "exact")
     slopes[[0, 1], [2, 5]] += 1.0
-    covariance = slopes @ scatter.of_centres((len(errors.cw), len(errors.ccw))) @ slopes.T
+    covariance = slopes @ errors.covariance_of_centres @ slopes.T
     if np.linalg.det(covariance) <= 0.0:
         return bool(np.abs(rest).max() > math.radians(0.1))
     squared = rest @ np.linalg.solve(covariance, rest)
-    freedom = scatter.freedom
+    freedom = errors.freedom
     return fisher_tail(float(squared) * (freedom - 1) / (2.0 * freedom), 2, freedom - 1) < CHANCE

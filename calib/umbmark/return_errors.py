@@ -19,6 +19,7 @@ _SWAPPED_RATIO = 3.0
 _SWAPPED_SEM = 4.0
 MAX_RETURN_SIDES = 4.0  # [sides] largest return error: the length of the path
 _SQRT_HALF = math.sqrt(0.5)
+MIRROR = np.array([1.0, -1.0, -1.0])  # signs of x, y, theta of a cw run seen as a ccw run
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,18 +85,55 @@ class ReturnErrors:
         return float(max(np.hypot(runs[:, 0], runs[:, 1]).max() for runs in (self.cw, self.ccw)))
 
     @property
+    def runs(self) -> tuple[int, int]:
+        """Number of cw and of ccw runs."""
+        return len(self.cw), len(self.ccw)
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom of the scatter: the number of runs minus two centres."""
+        return sum(self.runs) - 2
+
+    @property
+    def deviations(self) -> Array:
+        """Deviations `(N, 3)` of all runs from the centre of their direction, those of cw mirrored.
+
+        The square driven cw is the mirror image of the square driven ccw, and so is its scatter. Mirroring
+        (y and theta change sign) preserves correlations.
+        """
+        return np.concatenate([(self.cw - self.centres[0]) * MIRROR, self.ccw - self.centres[1]])
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance `(3, 3)` of one ccw run; nan without a degree of freedom or without headings."""
+        if self.freedom == 0:
+            return np.full((3, 3), np.nan)
+        return np.asarray(self.deviations.T @ self.deviations / self.freedom, np.float64)
+
+    @property
+    def covariance_of_centres(self) -> Array:
+        """Covariance `(6, 6)` of the two centres of gravity, cw then ccw."""
+        both = np.zeros((6, 6))
+        both[:3, :3] = np.outer(MIRROR, MIRROR) * self.covariance / self.runs[0]
+        both[3:, 3:] = self.covariance / self.runs[1]
+        return both
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations `(3,)` of one run's x, y (pooled, as in U section V) [m] and theta [rad]."""
+        variance = np.diag(self.covariance).copy()
+        variance[:2] = variance[:2].mean()
+        return np.sqrt(variance)
+
+    @property
     def scatter(self) -> float:
         """Standard deviation of one return position per axis [m], over both clusters; nan for 1 + 1 runs."""
-        deviations = [(runs - runs.mean(axis=0))[:, :2] for runs in (self.cw, self.ccw)]
-        freedom = 2 * (len(self.cw) + len(self.ccw) - 2)
-        if freedom == 0:
-            return math.nan
-        return math.sqrt(sum(float(np.sum(part * part)) for part in deviations) / freedom)
+        return float(self.sigma[0])
 
     @property
     def sem(self) -> float:
         """Standard error of the mean per axis [m] of the smaller cluster, U section V."""
-        return self.scatter / math.sqrt(min(len(self.cw), len(self.ccw)))
+        return self.scatter / math.sqrt(min(self.runs))
 
     @property
     def second_pass_helps(self) -> bool | None:

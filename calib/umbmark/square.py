@@ -95,6 +95,16 @@ def factor_scales(truck: Truck, logs: Array) -> tuple[Array, Array]:
     return np.stack([left, right, e_b], axis=-1), slopes
 
 
+_MIN_SIGMA = 1e-9  # [sides of the square, rad] smallest standard deviation, so that all weights are finite
+
+
+def weights_of(sigma: Array, runs: tuple[int, int], side: float) -> Array:
+    """Return the weights `(..., 2, 3)` of two centres whose single runs scatter by `sigma` `(..., 3)`."""
+    smallest = _MIN_SIGMA * np.array([side, side, 1.0])
+    counted = np.sqrt(np.array(runs, np.float64))[:, None]
+    return np.asarray(counted / np.maximum(sigma, smallest)[..., None, :], np.float64)
+
+
 _MAX_STEPS = 60
 _CONVERGED = 1e-10  # change of a logarithm at convergence
 _MAX_STEP = 0.1  # of a logarithm: 10 per cent

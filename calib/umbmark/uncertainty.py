@@ -16,7 +16,6 @@ from omnimate.calib.apply import corrected_truck
 from omnimate.calib.distributions import student_quantile
 from omnimate.calib.umbmark.exact import weights_of_centres
 from omnimate.calib.umbmark.printed import angles_of, factors_of
-from omnimate.calib.umbmark.scatter import scatter_of
 from omnimate.calib.umbmark.square import fit_factors
 
 if TYPE_CHECKING:
@@ -81,17 +80,15 @@ def uncertainty_of(calibration: Calibration, confidence: float = CONFIDENCE) -> 
     """
     experiment, method = calibration.experiment, calibration.correction.method
     errors = experiment.errors
-    scatter = scatter_of(errors)
     covariance = np.full((2, 2), np.nan)
     half = np.full(2, np.nan)
-    if scatter.freedom > 0:
+    if errors.freedom > 0:
         slopes = factor_slopes(experiment, method)
-        centres = scatter.of_centres((len(errors.cw), len(errors.ccw)))
         used = slopes.any(axis=0)  # headings that no run has are not numbers
-        covariance = slopes @ np.where(np.outer(used, used), centres, 0.0) @ slopes.T
-        half = student_quantile(0.5 + 0.5 * confidence, scatter.freedom) * np.sqrt(np.diag(covariance))
+        covariance = slopes @ np.where(np.outer(used, used), errors.covariance_of_centres, 0.0) @ slopes.T
+        half = student_quantile(0.5 + 0.5 * confidence, errors.freedom) * np.sqrt(np.diag(covariance))
     middle = np.array([calibration.correction.e_b, calibration.correction.e_d])
-    return between_limits(calibration, covariance, scatter.freedom, confidence, middle - half, middle + half)
+    return between_limits(calibration, covariance, errors.freedom, confidence, middle - half, middle + half)
 
 
 def between_limits(

@@ -15,9 +15,8 @@ from omnimate.calib.umbmark.exact import square_returns
 from omnimate.calib.umbmark.experiment import Experiment, calibrate
 from omnimate.calib.umbmark.floor import square_covariance
 from omnimate.calib.umbmark.printed import Method
-from omnimate.calib.umbmark.return_errors import ReturnErrors
-from omnimate.calib.umbmark.scatter import MIRROR, weights_of
-from omnimate.calib.umbmark.square import factor_scales, fit_factors, square_ends
+from omnimate.calib.umbmark.return_errors import MIRROR, ReturnErrors
+from omnimate.calib.umbmark.square import factor_scales, fit_factors, square_ends, weights_of
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_single

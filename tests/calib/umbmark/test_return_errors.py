@@ -8,8 +8,9 @@ import pytest
 from omnimate.calib.apply import corrected_truck
 from omnimate.calib.errors import CalibrationError, DirectionError
 from omnimate.calib.umbmark.exact import square_returns
-from omnimate.calib.umbmark.return_errors import ReturnErrors, check_directions
+from omnimate.calib.umbmark.return_errors import MIRROR, ReturnErrors, check_directions
 from omnimate.vehicle.parameters import Truck
+from studies.papers.trials import Trial, floor_covariance
 
 TRUCK = Truck(0.34, 0.15, 0.15)
 
@@ -51,6 +52,7 @@ def test_one_run_each_way_has_no_standard_error() -> None:
     """With n = 1 the scatter is unknown and the stop rule says so."""
     errors = noisy(0.98, 1.001, seed=1, runs=1)
     assert math.isnan(errors.sem)
+    assert np.isnan(errors.covariance).all()
     assert errors.second_pass_helps is None
 
 
@@ -94,3 +96,15 @@ def test_a_calibrated_robot_raises_no_false_alarm() -> None:
     """Clusters around the origin lie anywhere; of 500 such tables none is refused."""
     for seed in range(500):
         check_directions(noisy(1.0, 1.0, seed=seed))
+
+
+def test_mirrored_runs_pool_their_correlations() -> None:
+    """Many runs in both directions show the covariance that they were drawn from, with its signs."""
+    wanted = floor_covariance(0.025)
+    errors = Trial(0.99, 1.001, wanted, runs=4000).drive(np.random.default_rng(3)).errors
+    unit = np.sqrt(np.diag(wanted))
+    assert errors.freedom == 7998
+    assert errors.covariance / np.outer(unit, unit) == pytest.approx(wanted / np.outer(unit, unit), abs=0.06)
+    of_centres = errors.covariance_of_centres
+    assert of_centres[:3, :3] * 4000 == pytest.approx(np.outer(MIRROR, MIRROR) * errors.covariance)
+    assert not of_centres[:3, 3:].any()

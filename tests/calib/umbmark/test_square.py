@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.calib.apply import corrected_truck
-from omnimate.calib.umbmark.square import SIGNS, factor_scales, fit_factors, square_ends
+from omnimate.calib.umbmark.square import SIGNS, factor_scales, fit_factors, square_ends, weights_of
 from omnimate.vehicle.arcs import arc, integrate
 from omnimate.vehicle.parameters import Truck
 
@@ -81,3 +81,11 @@ def test_what_has_no_weight_does_not_count() -> None:
     assert logs == pytest.approx([-0.02, 0.001], abs=1e-12)
     other, _ = fit_factors(blind, PLACES, TRUCK, 4.0, (0.05, -0.01))
     assert other == pytest.approx(logs, abs=1e-11)
+
+
+def test_weights_grow_with_the_runs_and_stay_finite() -> None:
+    """Four times as many runs weigh twice as much; runs without scatter do not weigh infinitely."""
+    weights = weights_of(np.array([0.02, 0.02, 0.0]), (4, 1), 4.0)
+    assert weights[0, 0] == pytest.approx(100.0)
+    assert weights[0] == pytest.approx(2.0 * weights[1])
+    assert np.isfinite(weights).all()
