@@ -102,10 +102,8 @@ class LinkageProblem:
         sensitivity[:, :, :3], sensitivity[:, :, 3:6] = -carry @ slope_a, slope_b
         effect = np.zeros((count, 3, 9))
         effect[:, :, 6:] = rotation(measured[:, 2]) @ slopes
-        first = np.zeros(count, np.bool_)
-        first[0] = True
         return Chains(
-            first=first,
+            first=np.arange(count) == 0,
             start=measured,
             left=np.asarray(inverse(moved_a), np.float64),
             right=moved_b,

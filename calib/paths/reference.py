@@ -99,14 +99,12 @@ class ReferenceProblem:
         count, size = len(times), len(coordinates)
         sensitivity = np.zeros((count, 3, size))
         sensitivity[:, :, : len(robot)] = slope
-        first = np.zeros(count, np.bool_)
-        first[0] = True
         start = np.zeros((count, 3))
         start[0] = _start(drive, moved, lever)
         stated, scatter = pose_noise(drive.pose, drive.sigma)
         speed = self._speed(drive, times, robot)
         return Chains(
-            first,
+            np.arange(count) == 0,
             start,
             np.zeros((count, 3)),
             moved,

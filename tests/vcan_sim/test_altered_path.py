@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from omnimate.effects import EFFECTS, effect_named
+from omnimate.effects.block import Block
 from omnimate.motion.paths import out_and_back, squares
 from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.floor import SMOOTH, Floor
@@ -143,8 +144,6 @@ def test_steps_of_the_plant_equal_one_block_of_the_whole_drive(vehicle):
 
 
 def _block(vehicle, reading):
-    from omnimate.effects.block import Block  # noqa: PLC0415
-
     steps = len(reading)
     none = np.zeros((steps, 4))
     return Block(

@@ -74,13 +74,6 @@ def test_a_reboot_of_a_drive_stops_its_wheel(bench):
     assert bench.plant.speeds[0] == 0.0
 
 
-@pytest.mark.parametrize("length", [0, 3, 8])
-def test_a_wrong_length_cuts_or_fills_the_pdo(bench, length):
-    bench.answer_sync(1)
-    bench.simulated.inject(WrongLength(node=1, length=length))
-    assert [len(data) for data in count_up(bench, 1)[0]] == [length]
-
-
 def test_an_emergency_is_reported_and_taken_back(make_bench):
     bench = make_bench(faults=[EmergencyMessage(node=2, at=0.015, duration=0.030, code=0x5000)])
     bench.sync()

@@ -1,6 +1,7 @@
 """The simulated vehicle: one step per SYNC, all devices on one clock, and stock clients on its bus."""
 
 import threading
+from dataclasses import replace
 from itertools import count
 
 import can
@@ -56,8 +57,6 @@ def test_a_vehicle_of_one_truck_has_two_wheels(make_bench):
 
 
 def test_a_vehicle_without_drives_stands_still(make_bench):
-    from dataclasses import replace  # noqa: PLC0415 - one test's concern
-
     bench = make_bench(replace(reference_vehicle(), drives=()))
     bench.sync()
     assert bench.plant.speeds == (0.0,) * 4

@@ -167,17 +167,11 @@ def test_an_encoder_with_two_sensors_has_them_at_6020h_in_the_order_of_their_bit
     assert bench.aborts(1, 0x6010, 3, 5, 4) == 0x06090011
 
 
-def test_a_node_that_no_device_could_be_is_refused():
+def test_a_node_that_no_device_could_be_is_refused(make_bench):
     wide = replace(WHEEL, bits=64)
     vehicle = reference_vehicle()
     with pytest.raises(SimulationError, match="64 bits"):
-        build(replace(vehicle, encoders=(wide, *vehicle.encoders[1:])))
+        make_bench(replace(vehicle, encoders=(wide, *vehicle.encoders[1:])))
     mixed = replace(vehicle.drives[0], node=1)
     with pytest.raises(SimulationError, match="node 1"):
-        build(replace(vehicle, drives=(mixed, *vehicle.drives[1:])))
-
-
-def build(vehicle):
-    from omnimate.vcan_sim.nodes.build import build_devices  # noqa: PLC0415 - one test's concern
-
-    return build_devices(vehicle, Latch((0,) * 7, 0.015), lambda _cob_id, _data: None)
+        make_bench(replace(vehicle, drives=(mixed, *vehicle.drives[1:])))

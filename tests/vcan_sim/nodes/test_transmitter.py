@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from omnimate.vcan_sim.nodes.transmitter import NONE, Babble, Disturbance, Transmitter
+from omnimate.vcan_sim.nodes.transmitter import Babble, Disturbance, Transmitter
 
 
 @pytest.fixture
@@ -50,14 +50,3 @@ def test_a_frozen_counter_repeats_what_each_pdo_sent_last(transmitter, sent):
     transmitter.send_pdo(0x181, b"\x02", 1.0)
     transmitter.send_pdo(0x281, b"\x07", 1.0)
     assert sent == [(0x181, b"\x01"), (0x181, b"\x01"), (0x281, b"\x07")]
-
-
-def test_babbling_sends_bursts_of_the_devices_pdo_until_it_ends(transmitter, sent):
-    transmitter.send_pdo(0x181, b"\x09", 0.0)
-    transmitter.disturb(Disturbance(babble=Babble(3, 0.1, None, None)), 1.0)
-    for now in (1.0, 1.05, 1.1):
-        transmitter.run(now)
-    assert sent == [(0x181, b"\x09")] * 7
-    transmitter.disturb(NONE, 1.2)
-    transmitter.run(2.0)
-    assert len(sent) == 7
