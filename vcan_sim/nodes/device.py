@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 SYNC_ID = 0x080
 _LAST_COMMUNICATION_OBJECT, _LAST_OBJECT = 0x1FFF, 0xFFFF
 _SAVE, _LOAD = int.from_bytes(b"save", "little"), int.from_bytes(b"load", "little")  # 1010h, 1011h
-_CONSUMES_TIME = 1 << 31  # bit 31 of 1012h
-_DAY = 86_400.0  # [s]
 
 
 class NmtState(IntEnum):
@@ -50,8 +48,6 @@ class Device:
             written.
         state: NMT state of the device.
         emergency: Errors that the device reports by EMCY.
-        time_of_day: Last TIME, since 1 January 1984 [s]; None before the first, or if 1012h does not consume
-            it.
         transmitter: Sending side of the device, where its faults act.
         lss: LSS slave of the device.
     """
@@ -63,7 +59,6 @@ class Device:
         self.state = NmtState.PRE_OPERATIONAL
         self.transmitter = Transmitter(send)
         self.emergency = Emergency(lambda data: self.transmitter.send(self.objects[0x1014, 0], data))
-        self.time_of_day: float | None = None
         self._sdo = SdoServer(self.objects.read, self.objects.write, self.objects.size)
         self._producer = HeartbeatProducer()
         self._consumer = HeartbeatConsumer()
@@ -224,14 +219,6 @@ class Device:
             self.emergency.clear(HEARTBEAT_ERROR)
             self.transmitter.send(can_id, self._guarding.answer(self.state, now))
             self._reschedule()
-
-    def on_time(self, can_id: int, data: bytes, now: float) -> None:
-        """Process TIME if 1012h consumes it: milliseconds after midnight, and days since 1 January 1984."""
-        self.now = now
-        cob_id = self.objects[0x1012, 0]
-        if cob_id & _CONSUMES_TIME and cob_id & 0x7FF == can_id and len(data) == 6 and not self._is_inactive:
-            milliseconds = int.from_bytes(data[:4], "little") & 0x0FFF_FFFF
-            self.time_of_day = int.from_bytes(data[4:], "little") * _DAY + milliseconds * 1e-3
 
     def on_rpdo(self, rpdo: Rpdo, data: bytes, now: float) -> None:
         """Process one of the device's RPDOs."""

@@ -1,4 +1,4 @@
-"""Routing of frames to devices: NMT, SDO, heartbeats, LSS, TIME, and RPDOs by their COB-IDs."""
+"""Routing of frames to devices: NMT, SDO, heartbeats, LSS, and RPDOs by their COB-IDs."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ if TYPE_CHECKING:
 
     from omnimate.vcan_sim.nodes.device import Device
     from omnimate.vcan_sim.nodes.pdo import Rpdo
-
-
-TIME_ID = 0x100
 
 
 class Router:
@@ -57,9 +54,6 @@ class Router:
             self.invalidate_routes()
         else:
             self._on_rpdo(can_id, data, now)
-            if can_id == TIME_ID:
-                for device in self._devices:
-                    device.on_time(can_id, data, now)
 
     def _on_nmt(self, data: bytes, now: float) -> None:
         if len(data) == 2:

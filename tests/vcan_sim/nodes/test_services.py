@@ -1,4 +1,4 @@
-"""Services of CiA 301 and 305 beside SDO and PDO: guarding, SYNC counter, TIME, storing, ids."""
+"""Services of CiA 301 and 305 beside SDO and PDO: guarding, SYNC counter, storing, ids."""
 
 import pytest
 
@@ -59,15 +59,6 @@ def test_a_sync_of_an_unexpected_length_is_an_emergency_and_is_answered(bench):
 @pytest.mark.parametrize("value", [1, 241, 255])
 def test_the_sync_counter_overflows_at_2_to_240(bench, value):
     assert bench.aborts(1, 0x1019, 0, value, 1) == 0x06090030
-
-
-def test_time_is_milliseconds_after_midnight_and_days_since_1984(bench):
-    device = bench.simulated.devices[1]
-    bench.frame(0x100, (1500).to_bytes(4, "little") + (2).to_bytes(2, "little"))
-    assert device.time_of_day == 2 * 86_400.0 + 1.5
-    bench.write(1, 0x1012, 0, 0x100, 4)
-    bench.frame(0x100, bytes(6))
-    assert device.time_of_day == 2 * 86_400.0 + 1.5
 
 
 def test_what_is_stored_outlives_the_power_and_what_is_restored_is_the_factorys(bench):
