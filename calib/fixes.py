@@ -25,7 +25,6 @@ class WheelsAndFixes:
         time: Time of each sample [s], shape `(N,)`.
         travel: Travel of the left and the right wheel [m], shape `(N, 2)`.
         fixes: Absolute poses with a known position.
-        radii: Nominal radii of the left and the right wheel [m].
     """
 
     def __init__(self, recording: Recording, truck: TruckName, fixes: Poses) -> None:
@@ -33,7 +32,6 @@ class WheelsAndFixes:
         self.time, self.travel = recording.time, np.stack([left, right], axis=-1)
         known = np.isfinite(fixes.pose[:, :2]).all(axis=1)
         self.fixes = fixes.select(known)
-        self.radii = recording.vehicle.trucks[truck].radii
 
     def rests(self) -> list[float]:
         """Return the time [s] of the first fix of every rest, in order."""
@@ -91,11 +89,11 @@ class WheelsAndFixes:
         same = ((self.fixes.time > start) & (self.fixes.time < end)) | (self.fixes.time == time)
         return mean_pose(self.fixes.pose[same], self.fixes.sigma[same])
 
-    def wheel_angles(self, start: float, end: float) -> Array:
-        """Return the wheels' angles `(N, 2)` in each step between two times [rad]."""
+    def steps(self, start: float, end: float) -> Array:
+        """Return the wheels' travel `(N, 2)` in each step between two times [m]."""
         inside = (self.time > start) & (self.time < end)
         travel = np.vstack([self._travel_at(start), self.travel[inside], self._travel_at(end)])
-        return np.asarray(np.diff(travel, axis=0) / self.radii, np.float64)
+        return np.asarray(np.diff(travel, axis=0), np.float64)
 
 
 def mean_pose(poses: Array, sigma: Array) -> Array:

@@ -104,7 +104,7 @@ def _straights(recording: Recording, name: TruckName) -> list[tuple[float, float
     drive = WheelsAndFixes(recording, name, recording.poses.of(name))
     straights, times = [], drive.rests()
     for start, end in itertools.pairwise(times):
-        travel = drive.wheel_angles(start, end) * drive.radii
+        travel = drive.steps(start, end)
         path = integrate(arc(travel[:, 0], travel[:, 1], truck.wheelbase))
         chord = float(np.hypot(*path[-1, :2]))
         length = float(np.abs(travel.mean(axis=1)).sum())

@@ -145,5 +145,6 @@ def square_runs(recording: Recording, truck: TruckName = "a") -> tuple[SquareRun
         source = f"{recording.source}, lap {number}, truck {truck}"
         start, first = drive.fix_before(lap.start, source)
         end, last = drive.fix_after(lap.end, source)
-        runs.append(SquareRun(lap.direction, between(first, last), drive.wheel_angles(start, end), source))
+        angles = drive.steps(start, end) / recording.vehicle.trucks[truck].radii
+        runs.append(SquareRun(lap.direction, between(first, last), angles, source))
     return tuple(runs)
