@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from fastapi import APIRouter, Query
@@ -17,17 +18,18 @@ from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_versi
 from omnimate.service.routes.recordings import RecordingId
 from omnimate.service.routes.vehicles import Vehicle, vehicle_view
 from omnimate.service.store import vehicles
+from omnimate.service.store.recordings import learned_by
 from omnimate.service.store.tables import RecordingRow, find_row
 from omnimate.service.umbmark.models import Advice, RowModel
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from sqlalchemy.orm import Session as Db
 
-    from omnimate.ipec.filter.estimate import Estimate
-    from omnimate.ipec.filter.findings import Findings, SlowParameters
+    from omnimate.ipec.tracker import Learned as FilterLearned
     from omnimate.service.store.tables import VehicleRow
     from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.recording import Recording
 
 
 class LearnedValue(RowModel):
@@ -65,9 +67,11 @@ class Learned(RowModel):
     advice: list[Advice]
 
 
-def learned_view(db: Db, vehicle: VehicleParameters, slow: SlowParameters, findings: Findings) -> Learned:
+def learned_view(call: Call, learned: FilterLearned) -> Learned:
     """Return what was learned of a vehicle as clients see it."""
-    described = _version_of(db, vehicle)
+    vehicle, slow, findings = learned
+    with call.components.database.reading() as db:
+        described = _version_of(db, vehicle)
     return Learned.of(
         findings,
         vehicle=vehicle.name,
@@ -81,12 +85,7 @@ def learned_view(db: Db, vehicle: VehicleParameters, slow: SlowParameters, findi
 
 
 def add_learned_version(
-    db: Db,
-    vehicle: VehicleParameters,
-    slow: SlowParameters,
-    findings: Findings,
-    origin: vehicles.Origin,
-    expected: str | None,
+    db: Db, learned: FilterLearned, origin: vehicles.Origin, expected: str | None
 ) -> VehicleRow:
     """Make what was learned of a vehicle its newest version, except what is undecided.
 
@@ -96,6 +95,7 @@ def add_learned_version(
         StateError: the service has no version with these parameters.
         ModifiedError: the version by which the robot drove is not the expected one, or not the newest.
     """
+    vehicle, slow, findings = learned
     described = _version_of(db, vehicle)
     if described is None:
         raise StateError(
@@ -107,8 +107,8 @@ def add_learned_version(
             f"the robot drove by version {described.version} of vehicle {vehicle.name!r}, not {expected}; "
             "look at what was learned again"
         )
-    learned = learned_vehicle(vehicles.parameters_of(described), slow, findings)
-    return vehicles.add_version(db, learned, origin, described.version)
+    corrected = learned_vehicle(vehicles.parameters_of(described), slow, findings)
+    return vehicles.add_version(db, corrected, origin, described.version)
 
 
 def _version_of(db: Db, vehicle: VehicleParameters) -> VehicleRow | None:
@@ -134,25 +134,13 @@ Uncalibrated = Annotated[
 @router.get("/robot/learned")
 def get_learned(call: Reading) -> Learned:
     """Return what the filter has learned of the robot on the bus since its parameters were taken."""
-    learned = _learned(call)
-    with call.components.database.reading() as db:
-        return learned_view(db, *learned)
+    return learned_view(call, _learned_live(call))
 
 
 @router.post("/robot/learned/accept", response_model=Vehicle, responses=documented(412, 428))
 def accept_learned(call: Operating, if_match: IfMatch) -> Response:
     """Make what was learned of the robot on the bus the newest version of its vehicle."""
-    learned = _learned(call)
-    expected = expected_version(if_match)
-
-    def act(db: Db) -> Answer:
-        origin = vehicles.Origin("learned on the way", call.caller.key_name)
-        row = add_learned_version(db, *learned, origin, expected)
-        return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
-
-    response = call.change(None, act)
-    call.components.robot.reload()
-    return response
+    return _accept(call, if_match, "learned on the way", lambda: _learned_live(call))
 
 
 @router.get("/recordings/{recording_id}/learned")
@@ -160,9 +148,7 @@ def get_learned_of_recording(
     recording_id: RecordingId, call: Reading, uncalibrated: Uncalibrated = False
 ) -> Learned:
     """Return what the filter has learned of its robot by the end of a recording."""
-    recording, estimate = _estimate(call, recording_id, uncalibrated=uncalibrated)
-    with call.components.database.reading() as db:
-        return learned_view(db, recording.vehicle, estimate.slow, estimate.findings)
+    return learned_view(call, _learned_by(call, recording_id, uncalibrated=uncalibrated))
 
 
 @router.post(
@@ -172,24 +158,30 @@ def accept_learned_of_recording(
     recording_id: RecordingId, call: Operating, if_match: IfMatch, uncalibrated: Uncalibrated = False
 ) -> Response:
     """Make what the filter has learned by the end of a recording the newest version of its vehicle."""
+    return _accept(
+        call,
+        if_match,
+        f"learned from recording {recording_id}",
+        lambda: _learned_by(call, recording_id, uncalibrated=uncalibrated),
+    )
+
+
+def _accept(call: Call, if_match: str, origin: str, learn: Callable[[], FilterLearned]) -> Response:
+    """Make what was learned the newest version of its vehicle, by which the robot on the bus drives then."""
     expected, accepted = expected_version(if_match), []
 
-    def act(db: Db, learned: tuple[Recording, Estimate]) -> Answer:
-        recording, estimate = learned
-        accepted.append(recording.vehicle.name)
-        origin = vehicles.Origin(f"learned from recording {recording_id}", call.caller.key_name)
-        row = add_learned_version(db, recording.vehicle, estimate.slow, estimate.findings, origin, expected)
+    def act(db: Db, learned: FilterLearned) -> Answer:
+        row = add_learned_version(db, learned, vehicles.Origin(origin, call.caller.key_name), expected)
+        accepted.append(row.name)
         return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 
-    response = call.compute_and_change(
-        None, lambda: _estimate(call, recording_id, uncalibrated=uncalibrated), act
-    )
+    response = call.compute_and_change(None, learn, act)
     if call.components.vehicle in accepted:
         call.components.robot.reload()
     return response
 
 
-def _learned(call: Call) -> tuple[VehicleParameters, SlowParameters, Findings]:
+def _learned_live(call: Call) -> FilterLearned:
     """Return the robot on the bus by which its tracker drove, and what it has learned and found.
 
     Raises:
@@ -204,18 +196,13 @@ def _learned(call: Call) -> tuple[VehicleParameters, SlowParameters, Findings]:
     return learned
 
 
-def _estimate(call: Call, recording_id: str, *, uncalibrated: bool) -> tuple[Recording, Estimate]:
-    """Return a recording of the database and the filter's estimate of it.
+def _learned_by(call: Call, recording_id: str, *, uncalibrated: bool) -> FilterLearned:
+    """Return what the filter has learned by the end of a recording of the database.
 
     Raises:
         NotFoundError: there is no such recording.
-        NoLinkageError: its robot has a single truck.
-        LinkageChannelError: a channel of the linkage was never read, or stood still while it must move.
+        InvalidValueError: its robot has a single truck, or its linkage was not read.
     """
-    from omnimate.ipec.filter.estimate import estimate
-    from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL
-
     with call.components.database.reading() as db:
         row = find_row(db, RecordingRow, recording_id)
-    recording = call.components.recordings.load(row)
-    return recording, estimate(recording, prior=NOMINAL if uncalibrated else CALIBRATED)
+    return call.components.recordings.read(row, partial(learned_by, uncalibrated=uncalibrated))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 from fastapi import APIRouter, Query
@@ -186,8 +187,8 @@ def _squares(call: Call, session_id: str, recording_id: str) -> list[SampleRow]:
 
     Raises:
         NotFoundError: there is no such recording.
-        InvalidValueError: the recording is of another robot, or holds no square.
-        CalibrationError: a lap of the recording is no square, or has no fix before or after it.
+        InvalidValueError: the recording is of another robot, holds no square, or has a lap that is no square
+            or lacks a fix.
     """
     with call.components.database.reading() as db:
         row = find_row(db, SessionRow, session_id)
@@ -198,8 +199,8 @@ def _squares(call: Call, session_id: str, recording_id: str) -> list[SampleRow]:
         raise InvalidValueError(
             "recording", f"it is of the robot {stored.vehicle!r}; this session is of {row.vehicle!r}"
         )
-    recording = call.components.recordings.load(stored)
-    squares = samples.squares_of(recording, vehicle, row.side)
+    extract = partial(samples.squares_of, vehicle=vehicle, side=row.side)
+    squares = call.components.recordings.read(stored, extract)
     if not squares:
         raise InvalidValueError("recording", "no square with fixes before and after it (run.toml, poses.csv)")
     return squares

@@ -12,7 +12,7 @@ import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from sqlalchemy import delete, select
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from omnimate.fleet.batch.files import Files
+    from omnimate.ipec.tracker import Learned
     from omnimate.service.store.database import Database
     from omnimate.vehicle.recording import Recording
 
@@ -37,33 +38,33 @@ READ_TIMEOUT = 120.0  # [s]; 5 million frames take 4 s
 T = TypeVar("T")
 
 
-class Summary(NamedTuple):
-    """What a recording's row says about its content.
+def summarize(recording: Recording) -> dict[str, Any]:
+    """Return the columns of a recording's row that describe its content."""
+    return {
+        "vehicle": recording.vehicle.name[:100],
+        "samples": len(recording),
+        "seconds": float(recording.time[-1] - recording.time[0]),
+        "laps": 0 if recording.run is None else len(recording.run.laps),
+        "poses": 0 if recording.poses is None else len(recording.poses.time),
+    }
 
-    Attributes:
-        vehicle: The name of the robot.
-        samples: The number of samples.
-        seconds: The duration [s].
-        laps: The number of laps.
-        poses: The number of poses that were measured from outside.
+
+def learned_by(recording: Recording, *, uncalibrated: bool) -> Learned:
+    """Return the robot, and what the filter has learned of it by the end of a recording.
+
+    Args:
+        recording: The recording.
+        uncalibrated: Whether the robot is described by nominal values, so that more of them may be wrong.
+
+    Raises:
+        NoLinkageError: the robot has a single truck.
+        LinkageChannelError: a channel of the linkage was never read, or stood still while it must move.
     """
+    from omnimate.ipec.filter.estimate import estimate
+    from omnimate.ipec.filter.prior import CALIBRATED, NOMINAL
 
-    vehicle: str
-    samples: int
-    seconds: float
-    laps: int
-    poses: int
-
-
-def summarize(recording: Recording) -> Summary:
-    """Return what a recording's row says about its content."""
-    return Summary(
-        vehicle=recording.vehicle.name[:100],
-        samples=len(recording),
-        seconds=float(recording.time[-1] - recording.time[0]),
-        laps=0 if recording.run is None else len(recording.run.laps),
-        poses=0 if recording.poses is None else len(recording.poses.time),
-    )
+    last = estimate(recording, prior=NOMINAL if uncalibrated else CALIBRATED)
+    return recording.vehicle, last.slow, last.findings
 
 
 class RecordingStore:
@@ -76,7 +77,7 @@ class RecordingStore:
         self._database, self._limit = database, limit
         self._files = open_files(f"{root.rstrip('/')}/{FOLDER}")
 
-    def add(self, name: str, content: bytes, summary: Summary) -> RecordingRow:
+    def add(self, name: str, content: bytes, summary: dict[str, Any]) -> RecordingRow:
         """Write a recording's zip; return the row, which the caller adds to the database."""
         row = RecordingRow(
             id=secrets.token_hex(8),
@@ -84,7 +85,7 @@ class RecordingStore:
             size=len(content),
             sha256=hashlib.sha256(content).hexdigest(),
             created=time.time(),
-            **summary._asdict(),
+            **summary,
         )
         with self._database.writing() as db:
             db.add(RecordingFileRow(id=row.id, created=row.created))
@@ -99,12 +100,22 @@ class RecordingStore:
             InvalidValueError: the zip is not one of a recording folder, or the recording cannot be read.
             TooLargeError: the recording is too large when it is unpacked or read.
         """
-        return self.add(name, content, self._read(content, summarize))
+        return self.add(name, content, self._read(content, name, summarize))
 
-    def _read(self, content: bytes, extract: Callable[[Recording], T]) -> T:
+    def read(self, row: RecordingRow, extract: Callable[[Recording], T]) -> T:
+        """Return what a function takes from a recording, as `read_in_process`.
+
+        Raises:
+            NotFoundError: the recording was deleted meanwhile.
+            InvalidValueError: the recording cannot be read, or the function refuses it.
+            TooLargeError: it takes too much memory or time.
+        """
+        return self._read(self.content(row), row.name, extract)
+
+    def _read(self, content: bytes, name: str, extract: Callable[[Recording], T]) -> T:
         with tempfile.TemporaryDirectory() as place:
             folder = unpack(content, Path(place) / "zip", self._limit)
-            return read_in_process(Path(place), folder, extract)
+            return read_in_process(Path(place), folder, name, extract)
 
     def content(self, row: RecordingRow) -> bytes:
         """Return the zip of a recording.
@@ -116,10 +127,6 @@ class RecordingStore:
             return self._files.read(f"{row.id}.zip")
         except FileNotFoundError as error:
             raise NotFoundError("recording", row.id) from error
-
-    def load(self, row: RecordingRow) -> Recording:
-        """Return a recording; NotFoundError where it was deleted meanwhile."""
-        return replace(self._read(self.content(row), _whole), source=row.name)
 
     def unpack(self, row: RecordingRow, folder: Path) -> Path:
         """Unpack a recording into an empty folder; NotFoundError where it was deleted meanwhile."""
@@ -183,6 +190,7 @@ class FleetStores:
 def read_in_process(
     root: Path,
     folder: Path,
+    source: str,
     extract: Callable[[Recording], T],
     memory: int = MEMORY_LIMIT,
     timeout: float = READ_TIMEOUT,
@@ -192,16 +200,17 @@ def read_in_process(
     Args:
         root: Messages name the recording's files relative to this folder.
         folder: The folder.
+        source: What messages call the recording.
         extract: A function of a module; the other process calls it, and only its result takes memory here.
         memory: The most memory that reading may take [bytes].
         timeout: The longest time that reading may take [s].
 
     Raises:
-        InvalidValueError: the recording cannot be read.
+        InvalidValueError: the recording cannot be read, or `extract` refuses it.
         TooLargeError: it takes too much memory or time.
     """
     end = time.monotonic() + timeout
-    arguments = extract, str(root), str(folder.relative_to(root))
+    arguments = extract, str(root), str(folder.relative_to(root)), source
     # as nice as the service: a client waits for it
     with running("recording", _read, *arguments, memory=memory, niceness=0) as process:
         outcome = process.outcome(lambda _message: time.monotonic() < end)
@@ -226,10 +235,6 @@ def load_relative(root: str, folder: str, source: str) -> Recording:
 
 
 def _read(
-    _report: Callable[[float, str], None], extract: Callable[[Recording], object], root: str, folder: str
+    _report: Callable[[float, str], None], extract: Callable[[Recording], object], *recording: str
 ) -> dict[str, Any]:
-    return {"extracted": extract(load_relative(root, folder, folder))}
-
-
-def _whole(recording: Recording) -> Recording:
-    return recording
+    return {"extracted": extract(load_relative(*recording))}

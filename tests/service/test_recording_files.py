@@ -55,7 +55,7 @@ def test_a_recording_whose_file_is_deleted_is_not_there(database, summary, tmp_p
     row = store.add("a", b"zip", summary)
     store.delete(row.id)
     with pytest.raises(NotFoundError, match=row.id):
-        store.load(row)
+        store.read(row, summarize)
 
 
 @pytest.mark.parametrize("dies_after", [0, 1, 2], ids=lambda count: f"dies after {count}")
