@@ -7,7 +7,6 @@ other, whenever a service dies.
 from __future__ import annotations
 
 import math
-import secrets
 import time
 from typing import TYPE_CHECKING
 
@@ -40,7 +39,7 @@ def note_findings(db: Session, fleet: str, report: DailyReport) -> None:
             _queue_messages(db, "finding.opened", named, report.day)
             continue
         opened.remove(known)
-        known.says, known.last, known.changed = named.says, report.day, named.changed
+        known.says, known.last, known.changed = named.says, report.day, time.time()
         known.x, known.y = named.x, named.y
     for gone in opened:
         gone.state, gone.changed = "closed", time.time()
@@ -56,19 +55,13 @@ def _queue_messages(db: Session, what: str, finding: FindingRow, day: str) -> No
 
 def _named(fleet: str, report: DailyReport) -> Iterator[FindingRow]:
     """Yield a report's robots and places as new findings."""
+    new = {"fleet": fleet, "first": report.day, "last": report.day}
     for change in report.faulty:
-        yield _finding(fleet, report.day, "robot", change.name, describe_change(change), robot=change.robot)
+        says = describe_change(change)
+        yield FindingRow(kind="robot", robot=change.robot, what=change.name, says=says, **new)
     for place in report.places:
         where = {"x": place.x, "y": place.y, "floor": place.floor}
-        yield _finding(fleet, report.day, "place", place.effect, describe_place(place), **where)
-
-
-def _finding(fleet: str, day: str, kind: str, what: str, says: str, **about: object) -> FindingRow:
-    now = time.time()
-    return FindingRow(
-        id=secrets.token_hex(8), fleet=fleet, kind=kind, state="open", what=what, says=says, first=day,
-        last=day, created=now, changed=now, **about,
-    )  # fmt: skip
+        yield FindingRow(kind="place", what=place.effect, says=describe_place(place), **where, **new)
 
 
 def _are_same(finding: FindingRow, named: FindingRow) -> bool:

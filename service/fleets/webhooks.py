@@ -56,8 +56,9 @@ class Message:
 def add_webhook(db: Session, fleet: str, url: str) -> WebhookRow:
     """Add a webhook with a new secret."""
     secret = PREFIX + base64.b64encode(secrets.token_bytes(SECRET_LENGTH)).decode()
-    row = WebhookRow(id=secrets.token_hex(8), fleet=fleet, url=url, secret=secret, created=time.time())
+    row = WebhookRow(fleet=fleet, url=url, secret=secret)
     db.add(row)
+    db.flush()
     return row
 
 
@@ -75,20 +76,8 @@ def webhook_view(row: WebhookRow, *, whole: bool = False) -> Webhook:
 
 def queue_message(db: Session, fleet: str, content: dict[str, Any]) -> None:
     """Queue a message to all webhooks of a fleet."""
-    now = time.time()
-    for webhook in db.scalars(select(WebhookRow).where(WebhookRow.fleet == fleet)):
-        db.add(
-            DeliveryRow(
-                id=f"msg_{secrets.token_hex(12)}",
-                webhook=webhook.id,
-                body=json.dumps(content),
-                state="waiting",
-                attempts=0,
-                due=now,
-                created=now,
-                changed=now,
-            )
-        )
+    for webhook in db.scalars(select(WebhookRow.id).where(WebhookRow.fleet == fleet)):
+        db.add(DeliveryRow(webhook=webhook, body=json.dumps(content)))
 
 
 def claim_message(db: Session, now: float) -> Message | None:

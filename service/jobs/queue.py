@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import secrets
 import time
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -67,10 +66,8 @@ def add_job(db: Session, recordings: Sequence[str], caller: str) -> JobRow:
     known = None if content is None else db.scalars(same).first()
     columns = {"recordings": list(recordings), "caller": caller, "content": content}
     if known is not None:
-        row = queue_job(db, DiagnosisRow, **columns, verdict=known.verdict, says=known.says)
-        row.result, row.report = known.result, known.report
-        row.state, row.progress, row.doing = "done", 1.0, ""
-        return row
+        found = {name: getattr(known, name) for name in ("verdict", "says", "result", "report")}
+        return queue_job(db, DiagnosisRow, **columns, **found, state="done", progress=1.0, doing="")
     mine = (DiagnosisRow.caller == caller) & DiagnosisRow.state.not_in(ENDED_STATES)
     if (db.scalar(select(func.count(DiagnosisRow.id)).where(mine)) or 0) >= MAX_UNFINISHED:
         raise TooManyError(
@@ -88,19 +85,10 @@ def _content(recordings: Sequence[RecordingRow]) -> str | None:
 
 
 def queue_job(db: Session, table: type[JobRow], **columns: Any) -> JobRow:  # noqa: ANN401  # of `JobRow`
-    """Queue a job; `columns` are those that describe its task."""
-    now = time.time()
-    row = table(
-        id=secrets.token_hex(8),
-        state="queued",
-        progress=0.0,
-        doing="waiting",
-        attempts=0,
-        created=now,
-        changed=now,
-        **columns,
-    )
+    """Add a job with columns that differ from those of every new job, and return it."""
+    row = table(**columns)
     db.add(row)
+    db.flush()
     return row
 
 

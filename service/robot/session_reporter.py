@@ -16,6 +16,7 @@ from omnimate.service.umbmark.sessions import (
     count_samples,
     drives_for,
     end_lease,
+    next_direction,
     renew_lease,
     session_view,
     vehicle_of,
@@ -58,7 +59,7 @@ class SessionReporter:
             return vehicles.parameters_of(vehicles.newest(db, self._vehicle))
 
     def next_direction(self, session: str) -> Direction | None:
-        """Return the direction that has fewer runs, cw first; None when all runs are driven.
+        """Return the direction of the next lap; None when all runs are driven.
 
         Raises:
             LapError: the session does not want this robot to drive any more.
@@ -66,10 +67,7 @@ class SessionReporter:
         with self._database.reading() as db:
             row = find_row(db, SessionRow, session)
             self._require_driving(row)
-            counts = count_samples(db, [session])[session]
-        if min(counts.cw, counts.ccw) >= row.runs:
-            return None
-        return "cw" if counts.cw <= counts.ccw else "ccw"
+            return next_direction(db, row)
 
     def lap_done(self, session: str, direction: Direction, folder: Path) -> None:
         """Store a lap's recording, and its return errors where fixes were measured.

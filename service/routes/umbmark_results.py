@@ -73,7 +73,7 @@ def get_plot(
         row = find_row(db, SessionRow, session_id)
         result = sessions.last_result(row)
         experiments = experiments_of(row, sessions.samples_of(db, row), sessions.vehicle_of(db, row))
-    picture = rendered(cluster_figure(cluster_panels(experiments, result)), kind)
+    picture = rendered(cluster_figure(cluster_panels(experiments, result.method)), kind)
     return Response(picture, media_type="image/svg+xml" if kind == "svg" else "image/png")
 
 

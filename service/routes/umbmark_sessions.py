@@ -175,8 +175,7 @@ def add_sample(session_id: SessionId, body: SampleGiven, call: Operating) -> Res
 
 def _continue_driving(db: Db, row: SessionRow, drives: SessionDrives) -> None:
     """Drive the next square after a person has measured the last one, unless all are driven."""
-    counts = sessions.count_samples(db, [row.id])[row.id]
-    if min(counts.cw, counts.ccw) >= row.runs:
+    if sessions.next_direction(db, row) is None:
         row.state, row.detail = "collecting", "all squares are driven: solve"
     else:
         drives.prepare(row)

@@ -5,6 +5,8 @@ Times are seconds since 1970; JSON is stored as text, alike in both databases.
 
 from __future__ import annotations
 
+import secrets
+import time
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import TypeAdapter
@@ -29,6 +31,10 @@ from omnimate.vehicle.parameters import TruckName
 if TYPE_CHECKING:
     from sqlalchemy import ColumnElement
     from sqlalchemy.orm import InstrumentedAttribute, Session
+
+
+def _now() -> float:
+    return time.time()
 
 
 class JsonText(TypeDecorator[Any]):
@@ -61,8 +67,8 @@ class ListedRow(Base):
     """A row of a list that is read by age."""
 
     __abstract__ = True
-    id: Mapped[str]
-    created: Mapped[float]
+    id: Mapped[str] = mapped_column(String(32), primary_key=True, default=lambda: secrets.token_hex(8))
+    created: Mapped[float] = mapped_column(default=_now)
 
     @classmethod
     def noun(cls) -> str:
@@ -80,7 +86,7 @@ class VehicleRow(Base):
     origin: Mapped[str] = mapped_column(String(200))
     session: Mapped[str | None] = mapped_column(String(32))  # whose result it is
     made_by: Mapped[str | None] = mapped_column(String(100))  # name of the key that made it
-    created: Mapped[float]
+    created: Mapped[float] = mapped_column(default=_now)
 
 
 class SessionRow(ListedRow):
@@ -88,7 +94,6 @@ class SessionRow(ListedRow):
 
     __tablename__ = "sessions"
     __table_args__ = (Index("sessions_by_age", "created", "id"), Index("sessions_by_state", "state"))
-    id: Mapped[str] = mapped_column(String(32), primary_key=True)
     vehicle: Mapped[str] = mapped_column(String(100))
     vehicle_version: Mapped[int]
     side: Mapped[float]
@@ -96,9 +101,9 @@ class SessionRow(ListedRow):
     how: Mapped[str] = mapped_column(String(20))
     speed: Mapped[float]
     lifeline: Mapped[float | None]
-    state: Mapped[str] = mapped_column(String(20))
+    state: Mapped[str] = mapped_column(String(20), default="collecting")
     detail: Mapped[str] = mapped_column(String(1000), default="")
-    changed: Mapped[float]
+    changed: Mapped[float] = mapped_column(default=_now)
     expires: Mapped[float]
     revision: Mapped[int] = mapped_column(default=1)
     result: Mapped[str | None] = mapped_column(Text)
@@ -126,7 +131,6 @@ class RecordingRow(ListedRow):
 
     __tablename__ = "recordings"
     __table_args__ = (Index("recordings_by_age", "created", "id"),)
-    id: Mapped[str] = mapped_column(String(32), primary_key=True)
     name: Mapped[str] = mapped_column(String(200))
     vehicle: Mapped[str] = mapped_column(String(100))
     samples: Mapped[int]
@@ -163,7 +167,6 @@ class JobRow(ListedRow):
         Index("jobs_by_content", "content"),
     )
     __mapper_args__ = {"polymorphic_on": "kind"}  # noqa: RUF012  # SQLAlchemy's own form
-    id: Mapped[str] = mapped_column(String(32), primary_key=True)
     kind: Mapped[str] = mapped_column(String(20))
     fleet: Mapped[str | None] = mapped_column(String(64))
     asked: Mapped[dict[str, Any] | None] = mapped_column(JsonText)  # what a batch shall do
@@ -172,14 +175,14 @@ class JobRow(ListedRow):
     recordings: Mapped[list[str]] = mapped_column(JsonText)
     caller: Mapped[str | None] = mapped_column(String(16))  # id of the key that asked for it
     content: Mapped[str | None] = mapped_column(String(64))  # hash of all that its result depends on
-    state: Mapped[str] = mapped_column(String(20))
-    progress: Mapped[float]
-    doing: Mapped[str] = mapped_column(String(200))
+    state: Mapped[str] = mapped_column(String(20), default="queued")
+    progress: Mapped[float] = mapped_column(default=0.0)
+    doing: Mapped[str] = mapped_column(String(200), default="waiting")
     verdict: Mapped[str | None] = mapped_column(String(20))
     says: Mapped[str | None] = mapped_column(Text)
     error: Mapped[str | None] = mapped_column(Text)
-    attempts: Mapped[int]
-    changed: Mapped[float]
+    attempts: Mapped[int] = mapped_column(default=0)
+    changed: Mapped[float] = mapped_column(default=_now)
     owner: Mapped[str | None] = mapped_column(String(32))
     lease: Mapped[float | None]
     result: Mapped[str | None] = mapped_column(Text, deferred=True)
@@ -240,10 +243,9 @@ class FindingRow(ListedRow):
 
     __tablename__ = "findings"
     __table_args__ = (Index("findings_by_age", "created", "id"), Index("findings_by_fleet", "fleet", "state"))
-    id: Mapped[str] = mapped_column(String(32), primary_key=True)
     fleet: Mapped[str] = mapped_column(ForeignKey("fleets.id"))
     kind: Mapped[str] = mapped_column(String(20))
-    state: Mapped[str] = mapped_column(String(20))
+    state: Mapped[str] = mapped_column(String(20), default="open")
     robot: Mapped[str | None] = mapped_column(String(100))
     what: Mapped[str] = mapped_column(String(40))
     floor: Mapped[str | None] = mapped_column(String(64))  # of a place; empty for the only one
@@ -252,7 +254,7 @@ class FindingRow(ListedRow):
     says: Mapped[str] = mapped_column(Text)
     first: Mapped[str] = mapped_column(String(10))
     last: Mapped[str] = mapped_column(String(10))
-    changed: Mapped[float]
+    changed: Mapped[float] = mapped_column(default=_now)
 
 
 class WebhookRow(ListedRow):
@@ -260,7 +262,6 @@ class WebhookRow(ListedRow):
 
     __tablename__ = "webhooks"
     __table_args__ = (Index("webhooks_by_age", "created", "id"),)
-    id: Mapped[str] = mapped_column(String(32), primary_key=True)
     fleet: Mapped[str] = mapped_column(ForeignKey("fleets.id"))
     url: Mapped[str] = mapped_column(String(1000))
     secret: Mapped[str] = mapped_column(String(100))
@@ -271,14 +272,16 @@ class DeliveryRow(ListedRow):
 
     __tablename__ = "deliveries"
     __table_args__ = (Index("deliveries_by_age", "created", "id"), Index("deliveries_due", "state", "due"))
-    id: Mapped[str] = mapped_column(String(40), primary_key=True)
+    id: Mapped[str] = mapped_column(
+        String(40), primary_key=True, default=lambda: f"msg_{secrets.token_hex(12)}"
+    )
     webhook: Mapped[str] = mapped_column(String(32))  # without a key: a message outlives its webhook
     body: Mapped[str] = mapped_column(Text)
-    state: Mapped[str] = mapped_column(String(20))
-    attempts: Mapped[int]
-    due: Mapped[float]
+    state: Mapped[str] = mapped_column(String(20), default="waiting")
+    attempts: Mapped[int] = mapped_column(default=0)
+    due: Mapped[float] = mapped_column(default=_now)
     answer: Mapped[str | None] = mapped_column(String(200))
-    changed: Mapped[float]
+    changed: Mapped[float] = mapped_column(default=_now)
 
 
 Row = TypeVar("Row", bound=ListedRow)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -28,12 +27,12 @@ class Origin:
     """Where the parameters of a version come from.
 
     Attributes:
-        text: The origin in words.
+        origin: The origin in words.
         made_by: The name of the key with which the version was made; None without a key.
         session: The id of the UMBmark session whose result it is; None for another origin.
     """
 
-    text: str
+    origin: str
     made_by: str | None = None
     session: str | None = None
 
@@ -95,13 +94,10 @@ def create(db: Session, vehicle: VehicleParameters, origin: Origin, text: str | 
     Raises:
         StateError: there is a vehicle of this name already.
     """
-    exists = StateError(f"a vehicle {vehicle.name!r} exists already; PUT a new version of it")
-    if db.get(VehicleRow, (vehicle.name, 1)) is not None:
-        raise exists
     try:
         return _insert(db, vehicle, 1, origin, text)
-    except IntegrityError as error:  # another service was faster
-        raise exists from error
+    except IntegrityError as error:
+        raise StateError(f"a vehicle {vehicle.name!r} exists already; PUT a new version of it") from error
 
 
 def add_version(
@@ -144,15 +140,7 @@ def _insert(
     db: Session, vehicle: VehicleParameters, number: int, origin: Origin, text: str | None
 ) -> VehicleRow:
     toml = format_vehicle(vehicle) if text is None else text
-    row = VehicleRow(
-        name=vehicle.name,
-        version=number,
-        toml=toml,
-        origin=origin.text,
-        session=origin.session,
-        made_by=origin.made_by,
-        created=time.time(),
-    )
+    row = VehicleRow(name=vehicle.name, version=number, toml=toml, **asdict(origin))
     db.add(row)
     db.flush()
     return row

@@ -15,7 +15,6 @@ from omnimate.calib.umbmark.return_errors import ReturnErrors, stop_rule
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
 from omnimate.service.errors import InvalidValueError, StateError
 from omnimate.service.umbmark.models import Direction, Errors, MethodResult, Result, TruckResult
-from omnimate.vehicle.parameters import TRUCKS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -116,13 +115,11 @@ def _method(calibration: Calibration) -> MethodResult:
     )
 
 
-def cluster_panels(experiments: dict[TruckName, Experiment], result: Result) -> list[Clusters]:
-    """Return the panels of a result's figure, one for each truck."""
+def cluster_panels(experiments: dict[TruckName, Experiment], method: Method) -> list[Clusters]:
+    """Return the panels of a figure of the calibration by a method, one for each truck."""
     from omnimate.figures.clusters import Clusters
 
-    panels: list[Clusters] = []
-    for name in TRUCKS:
-        if name in experiments and name in result.trucks:
-            calibration = calibrate(experiments[name], result.method)
-            panels.append(Clusters(f"truck {name}", experiments[name].errors, calibration.errors))
-    return panels
+    return [
+        Clusters(f"truck {name}", experiment.errors, calibrate(experiment, method).errors)
+        for name, experiment in experiments.items()
+    ]

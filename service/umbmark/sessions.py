@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 import time
 from typing import TYPE_CHECKING
 
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session as Db
 
     from omnimate.service.store.tables import VehicleRow
-    from omnimate.service.umbmark.models import Call, SessionStart
+    from omnimate.service.umbmark.models import Call, Direction, SessionStart
     from omnimate.vehicle.parameters import VehicleParameters
 
 OPEN_STATES = ("collecting", "driving", "measuring", "interrupted", "solved")
@@ -72,17 +71,11 @@ def start_session(db: Db, request: SessionStart, vehicle: str, lifetime: float) 
     Raises:
         NotFoundError: there is no such vehicle.
     """
-    now = time.time()
     row = SessionRow(
-        id=secrets.token_hex(8),
         vehicle=vehicle,
         vehicle_version=vehicles.newest(db, vehicle).version,
+        expires=time.time() + lifetime,
         **request.model_dump(exclude={"vehicle"}),
-        state="collecting",
-        created=now,
-        changed=now,
-        expires=now + lifetime,
-        detail="",
     )
     db.add(row)
     db.flush()
@@ -175,6 +168,14 @@ def samples_of(db: Db, row: SessionRow) -> list[SampleRow]:
     """Return the runs of a session in the order of their numbers."""
     rows = db.scalars(select(SampleRow).where(SampleRow.session == row.id).order_by(SampleRow.number))
     return list(rows)
+
+
+def next_direction(db: Db, row: SessionRow) -> Direction | None:
+    """Return the direction that has fewer runs, cw first; None when all runs are driven."""
+    counts = count_samples(db, [row.id])[row.id]
+    if min(counts.cw, counts.ccw) >= row.runs:
+        return None
+    return "cw" if counts.cw <= counts.ccw else "ccw"
 
 
 def store_result(db: Db, row: SessionRow, samples: Iterable[SampleRow], result: Result) -> None:

@@ -28,7 +28,7 @@ from omnimate.service.errors import StateError
 from omnimate.service.jobs import housekeeping, queue
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.routes import diagnoses, umbmark_results, umbmark_sessions
-from omnimate.service.store import vehicles
+from omnimate.service.store import tables, vehicles
 from omnimate.service.store.tables import AnswerRow, JobRow, RecordingRow, SampleRow, SessionRow, VehicleRow
 from omnimate.service.umbmark import samples, sessions
 from omnimate.service.umbmark.models import Coordinates, SampleOfFixes, SessionStart
@@ -44,7 +44,16 @@ OUTCOMES = {
     "died": {"died": "its process ended with code -9"},
     "stopped": None,
 }
-TIMED = (calls, housekeeping, queue, samples, sessions, umbmark_results, umbmark_sessions)  # read the clock
+TIMED = (
+    calls,
+    housekeeping,
+    queue,
+    samples,
+    sessions,
+    tables,
+    umbmark_results,
+    umbmark_sessions,
+)  # read the clock
 # The bounds themselves, what is within and beyond them, and a clock that is set back.
 JUMPS = st.sampled_from(
     [1.0] * 6 + [sessions.LEASE, queue.LEASE] * 2 + [LIFETIME, housekeeping.ANSWERS_KEPT, -3600.0]
