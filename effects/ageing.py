@@ -5,7 +5,7 @@ Latency and clock drift are subclasses; they differ in the age of the samples on
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -90,7 +90,7 @@ class AgedSamples(Effect):
         time = np.concatenate(([start], block.time))
         distance = np.concatenate(([0.0], np.cumsum(block.travel[:, wheel])))
         shifted = np.interp(time + self.age(time, start), time, distance)
-        return replace(block.with_travel(wheel, np.diff(shifted))), state
+        return block.with_travel(wheel, np.diff(shifted)), state
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ recordings; effects with memory receive their state from the previous block.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -60,21 +60,8 @@ class Block:
 
     def between(self, first: int, last: int) -> Self:
         """Return the steps from number `first` up to but not including `last`."""
-        steps = slice(first, last)
-        return replace(
-            self,
-            time=self.time[steps],
-            period=self.period[steps],
-            angle=self.angle[steps],
-            turned=self.turned[steps],
-            speed=self.speed[steps],
-            acceleration=self.acceleration[steps],
-            heading=self.heading[steps],
-            place=self.place[steps],
-            travel=self.travel[steps],
-            twist=self.twist[steps],
-            reading=self.reading[steps],
-        )
+        signals = (field.name for field in fields(self) if field.name not in {"wheelbase", "rest"})
+        return replace(self, **{name: getattr(self, name)[first:last] for name in signals})
 
     def with_travel(self, wheel: int, travel: Array) -> Self:
         """Return the block with another travel `(K,)` of one wheel [m]."""

@@ -54,15 +54,12 @@ class GearBacklash(Effect):
         """Pass the travel through the play; the state is the positions of motor and wheel."""
         wheel = wheel_number(self.component)
         travel = block.travel[:, wheel]
-        if state is None:
-            first = travel[np.flatnonzero(travel)[:1]]
-            state = (0.0, -0.5 * self.width * float(np.sign(first[0])) if len(first) else None)
-        motor, output = state
-        if output is None:
+        motor, output = (0.0, None) if state is None else state
+        if output is None:  # until it moves for the first time
             moved = travel[np.flatnonzero(travel)[:1]]
-            output = -0.5 * self.width * float(np.sign(moved[0])) if len(moved) else None
-        if output is None:
-            return block, (motor, None)
+            if not len(moved):
+                return block, (motor, None)
+            output = -0.5 * self.width * float(np.sign(moved[0]))
         rolled = motor + np.cumsum(travel)
         wheels = play_output(rolled, output, self.width)
         return block.with_travel(wheel, np.diff(wheels, prepend=output)), (

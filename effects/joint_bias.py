@@ -35,7 +35,6 @@ class JointBias(ChannelEffect):
     components = JOINT
     parameters = (Parameter("bias", "rad", null=0.0, scale=0.01, low=-3.2, high=3.2),)
     prior = Prior(MISCALIBRATED, background=0.01, discrepancy=0.01)
-    regime = "always"
     separating_drive = "a straight with the headings of both trucks measured from outside"
     says = "{part} reads {bias:+.3f} degrees too much, all the time."
     startup_nuisance = "always"

@@ -35,7 +35,6 @@ class LinkBias(ChannelEffect):
     components = LINK
     parameters = (Parameter("bias", "m", null=0.0, scale=0.005, low=-10.0, high=10.0),)
     prior = Prior(FAULT, discrepancy=0.01)
-    regime = "always"
     separating_drive = "car-like turns in both directions with the joints at large angles"
     says = "{part} reads {bias:+.2f} mm too much, all the time."
 

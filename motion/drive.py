@@ -91,7 +91,6 @@ def drive(
     """
     odometer = Odometer(vehicle, "a") if locate is None else _MovedOdometer(locate)
     reader = LinkReader(vehicle)
-    standing = (0.0,) * len(vehicle.wheels)
     last_complete, patience = -np.inf, MAX_BLIND_TIME - 2.0 * vehicle.bus.sync_period
     while not runner.done:
         sample = robot.cycle()
@@ -99,8 +98,7 @@ def drive(
         if all(sample.present):
             last_complete = sample.time
         elif sample.time - last_complete > patience:
-            runner.halt()
-            robot.command(standing)
+            robot.command(runner.halt())
             yield Moment(sample, pose, runner.lap)
             continue
         robot.command(runner.step(pose, reader.read(sample.counts)))

@@ -5,6 +5,7 @@ from which the operator initialises the odometry anew, U III-C 1) and O 3.2.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -17,7 +18,6 @@ from omnimate.motion.program import (
     PASS,
     TURN,
     WORLD,
-    Follower,
     Program,
     Row,
     in_lap,
@@ -41,12 +41,18 @@ def _no_direction(laps: int) -> tuple[Direction, ...]:
     return (none,) * laps
 
 
-def _home(follower: Follower, link_length: float | None, speed: float) -> list[Row]:
-    """Return rows that drive to the origin from the end of a lap, truck b after truck a."""
-    rows = [Row(GOTO, speed=speed, frame=WORLD)]
-    if link_length is not None and follower == "parallel":
-        rows.append(Row(GOTO, x=-link_length, speed=speed, truck=1, frame=WORLD))
-    return rows
+def _from_home(
+    laps: list[list[Row]], link_length: float | None, speed: float, *, home_first: bool = False
+) -> tuple[Row, ...]:
+    """Return laps in formation between rests, the later ones after a drive home, truck b after truck a."""
+    home = [rest(STOP, fix=True), Row(GOTO, speed=speed, frame=WORLD)]
+    if link_length is not None:
+        home.append(Row(GOTO, x=-link_length, speed=speed, truck=1, frame=WORLD))
+    rows: list[Row] = []
+    for lap, drive in enumerate(laps):
+        rows += home if lap or home_first else []
+        rows += [rest(STOP, fix=True), *in_lap(lap, drive, HERE)]
+    return (*rows, rest(STOP, fix=True))
 
 
 def _square(side: float, direction: Direction, speed: float) -> list[Row]:
@@ -96,13 +102,9 @@ def squares(
 
     With `home_first` the robot drives home before the first square, too, as it does before every other.
     """
-    rows: list[Row] = []
-    for lap, direction in enumerate(directions):
-        if lap or home_first:
-            rows += [rest(STOP, fix=True), *_home("parallel", link_length, speed)]
-        rows += [rest(STOP, fix=True), *in_lap(lap, _square(side, direction, speed), HERE)]
-    rows.append(rest(STOP, fix=True))
-    return Program("umbmark", tuple(rows), tuple(directions), side, "parallel")
+    laps = [_square(side, direction, speed) for direction in directions]
+    rows = _from_home(laps, link_length, speed, home_first=home_first)
+    return Program("umbmark", rows, tuple(directions), side, "parallel")
 
 
 def out_and_back(
@@ -118,14 +120,9 @@ def out_and_back(
     """
     outward = Row(LINE, x=length, speed=speed)
     back = Row(LINE, heading=math.pi, reverse=1, speed=speed)
-    rows: list[Row] = []
-    for lap in range(runs):
-        if lap:
-            rows += [rest(STOP, fix=True), *_home("parallel", link_length, speed)]
-        drive = [outward, rest(PAUSE), back, rest(PAUSE)]
-        rows += [rest(STOP, fix=True), *in_lap(lap, drive, HERE)]
-    rows.append(rest(STOP, fix=True))
-    return Program("straight", tuple(rows), _no_direction(runs), None, "parallel")
+    laps = [[outward, rest(PAUSE), back, rest(PAUSE)]] * runs
+    rows = _from_home(laps, link_length, speed)
+    return Program("straight", rows, _no_direction(runs), None, "parallel")
 
 
 def via_points(
@@ -153,7 +150,7 @@ def _loop(points: list[Point], tolerance: float, speed: float) -> list[Row]:
     return [*via_points(points, tolerance, speed), home, rest(PAUSE)]
 
 
-def _loops(loops: list[list[Row]], directions: list[Direction], protocol: str) -> Program:
+def _loops(loops: list[list[Row]], directions: Sequence[Direction], protocol: str) -> Program:
     rows: list[Row] = []
     for lap, loop in enumerate(loops):
         rows += [rest(STOP, fix=True), *in_lap(lap, loop, WORLD)]
@@ -215,7 +212,7 @@ def free(
         steps = chance.uniform(-0.5, 0.5, (points, 2)) * np.array(area)
         points_passed = [(float(x), float(y)) for x, y in steps]
         loops.append(_loop([*points_passed, (-0.75 * area[0], 0.0)], tolerance, speed))
-    return _loops(loops, ["none"] * laps, "free")
+    return _loops(loops, _no_direction(laps), "free")
 
 
 def figure_eight(radius: float = 1.0, laps: int = 3, *, speed: float = 0.3) -> Program:
@@ -224,8 +221,4 @@ def figure_eight(radius: float = 1.0, laps: int = 3, *, speed: float = 0.3) -> P
         Row(ARC, y=turn * radius, curvature=turn / radius, length=2.0 * math.pi * radius, speed=speed)
         for turn in (1, -1)
     ]
-    rows: list[Row] = []
-    for lap in range(laps):
-        rows += [rest(STOP, fix=True), *in_lap(lap, [*circles, rest(PAUSE)], WORLD)]
-    rows.append(rest(STOP, fix=True))
-    return Program("free", tuple(rows), _no_direction(laps), None, "car")
+    return _loops([[*circles, rest(PAUSE)]] * laps, _no_direction(laps), "free")

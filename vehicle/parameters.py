@@ -312,26 +312,27 @@ class VehicleParameters:
                 raise ParameterError("drive", f"wheel {wheel} needs truck b")
 
     def _check_eds(self) -> None:
-        owners: tuple[Encoder | Drive, ...] = (*self.encoders, *self.drives)
-        for owner in owners:
-            last = self.eds_files.get(owner.node)
-            if owner.eds is not None and owner.eds != last:
+        for device in self.devices:
+            last = self.eds_files.get(device.node)
+            if device.eds is not None and device.eds != last:
                 raise ParameterError(
-                    "eds", f"both {owner.eds} and {last} for node {owner.node}; expected one file"
+                    "eds", f"both {device.eds} and {last} for node {device.node}; expected one file"
                 )
+
+    @property
+    def devices(self) -> tuple[Encoder | Drive, ...]:
+        """The encoders, then the drives."""
+        return (*self.encoders, *self.drives)
 
     @property
     def eds_files(self) -> dict[int, str]:
         """Paths of the EDS and DCF files by node id, of the nodes that have one."""
-        owners: tuple[Encoder | Drive, ...] = (*self.encoders, *self.drives)
-        return {owner.node: owner.eds for owner in owners if owner.eds is not None}
+        return {device.node: device.eds for device in self.devices if device.eds is not None}
 
     @property
     def nodes(self) -> tuple[int, ...]:
         """Node ids of the encoders and drives, in order."""
-        return tuple(
-            sorted({encoder.node for encoder in self.encoders} | {drive.node for drive in self.drives})
-        )
+        return tuple(sorted({device.node for device in self.devices}))
 
     @property
     def expected_channels(self) -> tuple[Channel, ...]:
