@@ -2,7 +2,7 @@
 
 import { svg } from "./dom.js";
 import { t } from "./language.js";
-import { deg, mm, size } from "./units.js";
+import { deg, mm, niceStep, size } from "./units.js";
 
 const BOX = 400;
 const HALF = BOX / 2;
@@ -40,7 +40,7 @@ export function clusterDrawing(samples, truck, edge) {
 }
 
 function axes(edge) {
-  const step = niceStep(edge);
+  const step = niceStep(edge / 2); // two to five ticks on each side
   const parts = [];
   for (let tick = step; tick < edge; tick += step) {
     for (const value of [tick, -tick]) {
@@ -62,12 +62,6 @@ function point({ number: run, direction }, error, at) {
   return direction === "cw"
     ? svg("circle", { class: "run cw", "data-run": run, cx: x, cy: y, r: 5.5 }, title)
     : svg("rect", { class: "run ccw", "data-run": run, x: x - 5, y: y - 5, width: 10, height: 10 }, title);
-}
-
-/** 1, 2 or 5 times a power of ten, so that two to five ticks stand on each side. */
-function niceStep(edge) {
-  const power = 10 ** Math.floor(Math.log10(edge / 2));
-  return power * [5, 2, 1].find((factor) => factor * power <= edge / 2);
 }
 
 function describe(truck, centres, largest) {

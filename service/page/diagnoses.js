@@ -1,7 +1,7 @@
 // Diagnoses: jobs with their progress, what they found, and their report.
 
-import { call, get, post } from "./api.js";
-import { $, announce, attempt, el, pages, show } from "./dom.js";
+import { call, post } from "./api.js";
+import { $, actionButton, announce, el, pages, show } from "./dom.js";
 import { t } from "./language.js";
 import { showReport } from "./report-dialog.js";
 import { on } from "./stream.js";
@@ -21,10 +21,7 @@ export function setUpDiagnoses() {
 
 export async function listJobs() {
   try {
-    await pages(
-      (after) => get(`/v1/diagnoses?limit=10${after ? `&after=${encodeURIComponent(after)}` : ""}`),
-      $("jobs"), jobItem, $("no-jobs"), $("more-jobs"),
-    );
+    await pages("/v1/diagnoses", 10, $("jobs"), jobItem, $("no-jobs"), $("more-jobs"));
   } catch (problem) {
     show($("jobs-message"), problem);
   }
@@ -40,14 +37,8 @@ function jobItem(job) {
     job.says ? el("p", { class: "says" }, job.says) : null,
     job.error ? el("p", { class: "message", "data-kind": "wrong" }, job.error) : null,
     el("div", { class: "buttons" },
-      job.state === "done" ? action(t("Report"), (button) => open(job, button)) : null,
-      going ? action(t("Cancel"), () => post(`/v1/diagnoses/${job.id}/cancel`)) : null));
-}
-
-function action(word, work) {
-  const button = el("button", { type: "button", class: "quiet small" }, word);
-  button.addEventListener("click", () => attempt(button, $("jobs-message"), () => work(button)));
-  return button;
+      job.state === "done" ? actionButton(t("Report"), $("jobs-message"), (button) => open(job, button)) : null,
+      going ? actionButton(t("Cancel"), $("jobs-message"), () => post(`/v1/diagnoses/${job.id}/cancel`)) : null));
 }
 
 async function open(job, button) {

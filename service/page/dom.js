@@ -1,5 +1,7 @@
 // Making and finding elements, showing messages, and carrying out actions.
 
+import { get } from "./api.js";
+
 export const $ = (id) => document.getElementById(id);
 
 export function el(name, attributes = {}, ...children) {
@@ -62,10 +64,17 @@ export function show(message, problem, form = null) {
 
 const named = (where, name) => where === name || where.endsWith(`.${name}`);
 
-/** Fill a list that is read page by page; `more` is its button for the next page. */
-export async function pages(read, body, item, none, more) {
+/** A button that carries out an action, which is called with the button; see `attempt`. */
+export function actionButton(word, message, work, attributes = {}) {
+  const button = el("button", { type: "button", class: "quiet small", ...attributes }, word);
+  button.addEventListener("click", () => attempt(button, message, () => work(button)));
+  return button;
+}
+
+/** Fill a list that is read in pages of `limit` items from `path`; `more` is its button for the next page. */
+export async function pages(path, limit, body, item, none, more) {
   const add = async (after) => {
-    const { items, next } = await read(after);
+    const { items, next } = await get(`${path}?limit=${limit}${after ? `&after=${encodeURIComponent(after)}` : ""}`);
     if (!after) body.replaceChildren();
     body.append(...items.map(item));
     none.hidden = body.childElementCount > 0;

@@ -2,7 +2,7 @@
 
 import { svg } from "./dom.js";
 import { t } from "./language.js";
-import { mm, number } from "./units.js";
+import { mm, niceStep, number } from "./units.js";
 
 const TWO_SIGMA = 2.448; // of an ellipse that holds a place with 95 %: the square root of chi-square's, 2 degrees
 const SHADES = 4; // of cells by how often they were driven over
@@ -22,7 +22,7 @@ export function floorMap({ cell, driven, places }) {
     const shade = Math.min(SHADES - 1, Math.floor((SHADES * Math.sqrt(count)) / most));
     shades[shade].push(`M${x - cell / 2} ${-y - cell / 2}h${cell}v${cell}h${-cell}z`);
   }
-  const step = niceStep(right - left);
+  const step = niceStep((right - left) / 3);
   const words = places.map(({ says }) => says).join("; ") || t("no bad place");
   const letter = (right - left) / 42;
   return svg("svg", { viewBox: `${left} ${-top} ${right - left} ${top - bottom}`, role: "img", "aria-label": t("The floor: {places}", { places: words }), "data-testid": "floor-map" },
@@ -91,16 +91,10 @@ function dateTicks(days) {
 }
 
 function ticks(low, high) {
-  const step = niceStep(high - low);
+  const step = niceStep((high - low) / 3);
   return Array.from({ length: Math.floor(high / step) - Math.ceil(low / step) + 1 }, (_, index) => (Math.ceil(low / step) + index) * step).map((tick) => (Math.abs(tick) < step / 2 ? 0 : tick));
 }
 
-const digitsOf = (range) => Math.max(0, -Math.floor(Math.log10(niceStep(range))));
-
-/** 1, 2 or 5 times a power of ten: about a fifth of a range. */
-function niceStep(range) {
-  const power = 10 ** Math.floor(Math.log10(range / 3));
-  return power * ([5, 2, 1].find((factor) => factor * power <= range / 3) ?? 1);
-}
+const digitsOf = (range) => Math.max(0, -Math.floor(Math.log10(niceStep(range / 3))));
 
 const extreme = (values, choose) => values.reduce((a, b) => choose(a, b));

@@ -33,10 +33,7 @@ export async function openFleetRobot(fleet, robot) {
     const since = about.state === "fine" ? null : about.change;
     $("fleet-history").replaceChildren(...courses.map((course) => el("figure", {}, historyPlot(course, since?.name === course.name ? since.since : null), el("figcaption", {}, NAMES[course.name] ?? course.name))));
     if (!courses.length) $("fleet-history").replaceChildren(el("p", { class: "soft" }, t("No daily report judges this robot yet.")));
-    await pages(
-      (after) => get(`${address(fleet, "robots", robot, "recordings")}?limit=20${after ? `&after=${encodeURIComponent(after)}` : ""}`),
-      $("fleet-recordings"), recordingRow, $("no-fleet-recordings"), $("more-fleet-recordings"),
-    );
+    await pages(address(fleet, "robots", robot, "recordings"), 20, $("fleet-recordings"), recordingRow, $("no-fleet-recordings"), $("more-fleet-recordings"));
   } catch (problem) {
     show($("fleet-robot-message"), problem);
   }

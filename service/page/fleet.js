@@ -2,11 +2,12 @@
 
 import { call, get, post } from "./api.js";
 import { JOB_STATES } from "./diagnoses.js";
-import { $, announce, attempt, el, pages, say, show } from "./dom.js";
+import { $, actionButton, announce, attempt, el, pages, say, show } from "./dom.js";
 import { floorMap } from "./fleet-drawings.js";
 import { t } from "./language.js";
 import { on } from "./stream.js";
 import { attempts, recordingsCount, when } from "./units.js";
+import { setUpUpload } from "./upload.js";
 
 export const STATES = { sick: t("faulty"), drift: t("drift"), fine: t("fine"), unjudged: t("not judged") };
 const MOST = 2000; // robots of a page
@@ -21,17 +22,7 @@ export function setUpFleet() {
     event.preventDefault();
     attempt($("fleet-start-send"), $("fleet-start-message"), make);
   });
-  $("fleet-upload").addEventListener("change", () => {
-    upload([...$("fleet-upload").files]);
-    $("fleet-upload").value = "";
-  });
-  for (const kind of ["dragover", "dragleave", "drop"]) {
-    $("fleet-drop").addEventListener(kind, (event) => {
-      event.preventDefault();
-      $("fleet-drop").classList.toggle("over", kind === "dragover");
-      if (kind === "drop") upload([...event.dataTransfer.files]);
-    });
-  }
+  setUpUpload("fleet-", upload);
   $("batch-start").addEventListener("click", () => attempt($("batch-start"), $("batch-message"), async () => {
     await post(address(fleet, "batches"), { diagnose: $("fleet-diagnose").checked });
     await listBatches();
@@ -123,29 +114,15 @@ function failedItem({ robot, recording, problem }) {
   return el("li", {}, el("p", {}, el("span", { class: "chip failed" }, t("no results")), " ", el("a", { href: link(robot) }, robot), `, ${recording}`), el("p", { class: "says" }, problem));
 }
 
-async function upload(files) {
-  for (const file of files) {
-    $("fleet-upload-progress").hidden = false;
-    say($("fleet-upload-message"), t("Uploading {name} …", file));
-    try {
-      const answer = await call("POST", address(fleet, "recordings"), { body: file, type: "application/zip" });
-      const { recordings, robots, days } = await answer.json();
-      const robotsCount = robots.length === 1 ? t("1 robot") : t("{count} robots", { count: robots.length });
-      say($("fleet-upload-message"), t("{recordings} of {robots} stored: {days}.", { recordings: recordingsCount(recordings), robots: robotsCount, days: days.join(", ") }), "good");
-    } catch (problem) {
-      say($("fleet-upload-message"), `${file.name}: ${problem.message}`, "wrong");
-      return;
-    } finally {
-      $("fleet-upload-progress").hidden = true;
-    }
-  }
+async function upload(file) {
+  const answer = await call("POST", address(fleet, "recordings"), { body: file, type: "application/zip" });
+  const { recordings, robots, days } = await answer.json();
+  const robotsCount = robots.length === 1 ? t("1 robot") : t("{count} robots", { count: robots.length });
+  return t("{recordings} of {robots} stored: {days}.", { recordings: recordingsCount(recordings), robots: robotsCount, days: days.join(", ") });
 }
 
 async function listBatches() {
-  await pages(
-    (after) => get(`${address(fleet, "batches")}?limit=5${after ? `&after=${encodeURIComponent(after)}` : ""}`),
-    $("batches"), batchItem, $("no-batches"), $("more-batches"),
-  );
+  await pages(address(fleet, "batches"), 5, $("batches"), batchItem, $("no-batches"), $("more-batches"));
 }
 
 /** Show a batch's progress as it comes, and what it found when it is done. */
@@ -168,11 +145,5 @@ function batchItem(batch) {
     batch.note ? el("p", { class: "soft" }, batch.note) : null,
     batch.failures.map(({ robot, day, recording, problem }) => el("p", { class: "message", "data-kind": "wrong" }, `${robot}, ${day}, ${recording}: ${problem}`)),
     batch.error ? el("p", { class: "message", "data-kind": "wrong" }, batch.error) : null,
-    going ? el("div", { class: "buttons" }, cancelButton(batch)) : null);
-}
-
-function cancelButton({ id }) {
-  const button = el("button", { type: "button", class: "quiet small" }, t("Cancel"));
-  button.addEventListener("click", () => attempt(button, $("batch-message"), () => post(address(fleet, "batches", id, "cancel"))));
-  return button;
+    going ? el("div", { class: "buttons" }, actionButton(t("Cancel"), $("batch-message"), () => post(address(fleet, "batches", batch.id, "cancel")))) : null);
 }

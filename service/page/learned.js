@@ -1,7 +1,7 @@
 // What the filter has learned of a robot: its values, what contradicts them, and the button that takes them over.
 
-import { call } from "./api.js";
-import { attempt, el, row, say } from "./dom.js";
+import { post } from "./api.js";
+import { actionButton, el, row, say } from "./dom.js";
 import { t } from "./language.js";
 import { deg, number } from "./units.js";
 
@@ -36,12 +36,10 @@ function details(notes, open) {
 }
 
 function take(message, { vehicle, vehicle_version: version }, path, changed) {
-  const button = el("button", { type: "button", class: "quiet" }, version === null ? t("{vehicle} is not known here", { vehicle }) : t("Take over as version {version}", { version: version + 1 }));
-  button.disabled = version === null;
-  button.addEventListener("click", () => attempt(button, message, async () => {
-    const made = await (await call("POST", `${path}/accept`, { headers: { "If-Match": `"${version}"` } })).json();
+  const word = version === null ? t("{vehicle} is not known here", { vehicle }) : t("Take over as version {version}", { version: version + 1 });
+  return actionButton(word, message, async () => {
+    const made = await post(`${path}/accept`, undefined, { headers: { "If-Match": `"${version}"` } });
     say(message, t("{name} is now at version {version}.", made), "good");
     await changed();
-  }));
-  return button;
+  }, { class: "quiet", disabled: version === null });
 }

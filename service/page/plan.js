@@ -3,7 +3,7 @@
 import { colour } from "./dom.js";
 import { t } from "./language.js";
 import { drawGrid, drawSigma, drawSquare } from "./plan-layers.js";
-import { Trajectory } from "./trajectory.js";
+import { stretch, Trajectory } from "./trajectory.js";
 import { drawRobot, follower } from "./truck.js";
 import { Viewport } from "./viewport.js";
 
@@ -97,12 +97,7 @@ export class Plan {
       const { a, b } = posesOf(this.state);
       points.push(...around(a.x, a.y, 0.35), ...(b ? around(b.x, b.y, 0.35) : []));
     }
-    for (const [x, y] of points) {
-      box[0] = Math.min(box[0], x);
-      box[1] = Math.min(box[1], y);
-      box[2] = Math.max(box[2], x);
-      box[3] = Math.max(box[3], y);
-    }
+    stretch(box, points);
     for (const trajectory of Object.values(this.trajectories)) trajectory.stretch(box);
     return box;
   }

@@ -1,7 +1,7 @@
 // Runs of a session that come from uploaded recordings.
 
 import { get, post } from "./api.js";
-import { $, attempt, el, say, show } from "./dom.js";
+import { $, actionButton, el, say, show } from "./dom.js";
 import { t } from "./language.js";
 import { lasting } from "./units.js";
 
@@ -30,10 +30,9 @@ export async function showRecordedRuns({ how, possible, samples }) {
 }
 
 function recordingLine(recording, taken) {
-  const button = el("button", { type: "button", class: "quiet small", "data-testid": `take-${recording.id}`, disabled: taken, "aria-label": t("Take the runs of {name}", recording) }, taken ? t("Taken") : t("Take its runs"));
-  button.addEventListener("click", () => attempt(button, $("recorded-runs-message"), async () => {
+  const button = actionButton(taken ? t("Taken") : t("Take its runs"), $("recorded-runs-message"), async () => {
     await post(`/v1/umbmark/sessions/${currentSession().id}/samples`, { recording: recording.id });
     await added();
-  }));
+  }, { "data-testid": `take-${recording.id}`, disabled: taken, "aria-label": t("Take the runs of {name}", recording) });
   return el("li", {}, el("span", {}, el("b", {}, recording.name), ` ${recording.vehicle}, ${lasting(recording.seconds)}`), button);
 }

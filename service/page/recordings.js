@@ -1,26 +1,17 @@
 // Recordings: list, upload by choosing or dropping, download, delete; choose some to diagnose.
 
 import { call, get, post, remove, save } from "./api.js";
-import { $, attempt, el, pages, row, say, show } from "./dom.js";
+import { $, actionButton, attempt, el, pages, row, show } from "./dom.js";
 import { listJobs } from "./diagnoses.js";
 import { t } from "./language.js";
 import { showLearned } from "./learned.js";
 import { bytes, lasting, recordingsCount, when } from "./units.js";
+import { setUpUpload } from "./upload.js";
 
 const chosen = new Set();
 
 export function setUpRecordings() {
-  $("upload").addEventListener("change", () => {
-    upload([...$("upload").files]);
-    $("upload").value = "";
-  });
-  for (const kind of ["dragover", "dragleave", "drop"]) {
-    $("drop").addEventListener(kind, (event) => {
-      event.preventDefault();
-      $("drop").classList.toggle("over", kind === "dragover");
-      if (kind === "drop") upload([...event.dataTransfer.files]);
-    });
-  }
+  setUpUpload("", upload, listRecordings);
   $("diagnose").addEventListener("click", () => attempt($("diagnose"), $("recordings-message"), async () => {
     await post("/v1/diagnoses", { recordings: [...chosen] });
     chosen.clear();
@@ -32,30 +23,15 @@ export async function openRecordings() {
   await Promise.all([listRecordings(), listJobs()]);
 }
 
-async function upload(files) {
-  for (const file of files) {
-    $("upload-progress").hidden = false;
-    say($("upload-message"), t("Uploading {name} …", file));
-    try {
-      const name = encodeURIComponent(file.name.replace(/\.zip$/i, ""));
-      await call("POST", `/v1/recordings?name=${name}`, { body: file, type: "application/zip" });
-      say($("upload-message"), t("{name} is stored.", file), "good");
-    } catch (problem) {
-      say($("upload-message"), `${file.name}: ${problem.message}`, "wrong");
-      return;
-    } finally {
-      $("upload-progress").hidden = true;
-      await listRecordings();
-    }
-  }
+async function upload(file) {
+  const name = encodeURIComponent(file.name.replace(/\.zip$/i, ""));
+  await call("POST", `/v1/recordings?name=${name}`, { body: file, type: "application/zip" });
+  return t("{name} is stored.", file);
 }
 
 async function listRecordings() {
   try {
-    await pages(
-      (after) => get(`/v1/recordings?limit=20${after ? `&after=${encodeURIComponent(after)}` : ""}`),
-      $("recording-list"), recordingRow, $("no-recordings"), $("more-recordings"),
-    );
+    await pages("/v1/recordings", 20, $("recording-list"), recordingRow, $("no-recordings"), $("more-recordings"));
   } catch (problem) {
     show($("recordings-message"), problem);
   }
@@ -92,11 +68,7 @@ async function showRecordingLearned(id, name) {
 
 const counted = (count, one, several) => el("td", { "data-word": count === 1 ? one : several }, String(count));
 
-function action(word, name, work) {
-  const button = el("button", { type: "button", class: "quiet small", "aria-label": `${word} ${name}` }, word);
-  button.addEventListener("click", () => attempt(button, $("recordings-message"), work));
-  return button;
-}
+const action = (word, name, work) => actionButton(word, $("recordings-message"), work, { "aria-label": `${word} ${name}` });
 
 /** Deleting wants a second click. */
 function erase(id, name) {

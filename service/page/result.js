@@ -1,7 +1,7 @@
 // The result of a UMBmark session: all methods side by side, advice, the plot, and the button that accepts it.
 
 import { call } from "./api.js";
-import { $, attempt, el, row } from "./dom.js";
+import { $, actionButton, el, row } from "./dom.js";
 import { drawing } from "./embedded-documents.js";
 import { t } from "./language.js";
 import { number, size } from "./units.js";
@@ -96,15 +96,14 @@ const change = (before, after, digits = 2) => t("was {before}, {change}", { befo
 function acceptCard({ usable, vehicle }, tag, changed) {
   const message = el("p", { class: "message", id: "accept-message", role: "alert" });
   const force = el("input", { type: "checkbox", id: "force" });
-  const button = el("button", { type: "button", class: "primary", id: "accept" }, t("Accept"));
-  button.addEventListener("click", () => attempt(button, message, async () => {
+  const button = actionButton(t("Accept"), message, async () => {
     try {
       await call("POST", `/v1/umbmark/sessions/${session.id}/accept`, { body: force.checked ? { force: true } : {}, headers: { "If-Match": tag } });
     } finally {
       shown = "";
     }
     await changed();
-  }));
+  }, { class: "primary", id: "accept" });
   return el("section", { class: "card accept", "aria-label": t("Accept") },
     el("p", {}, el("b", {}, t("Accept these parameters for {vehicle}?", { vehicle })), " ", t("They become its newest version; the former versions stay.")),
     usable ? null : el("label", { class: "check" }, force, t("although a check reports an error (see advice)")),

@@ -1,6 +1,6 @@
 // UMBmark sessions: the form that starts a session, and the list of all sessions.
 
-import { get, list, post } from "./api.js";
+import { list, post } from "./api.js";
 import { $, attempt, el, pages, row, say, show } from "./dom.js";
 import { squareDrawing } from "./drawings.js";
 import { t } from "./language.js";
@@ -45,10 +45,7 @@ async function begin() {
 
 async function listSessions() {
   try {
-    await pages(
-      (after) => get(`/v1/umbmark/sessions?limit=10${after ? `&after=${encodeURIComponent(after)}` : ""}`),
-      $("sessions"), sessionRow, $("no-sessions"), $("more-sessions"),
-    );
+    await pages("/v1/umbmark/sessions", 10, $("sessions"), sessionRow, $("no-sessions"), $("more-sessions"));
     say($("sessions-message"));
   } catch (problem) {
     show($("sessions-message"), problem);

@@ -1,7 +1,7 @@
 // A UMBmark session: its state, its runs as they come, and the calls that it allows.
 
 import { get, post, remove } from "./api.js";
-import { $, announce, attempt, el, row, say, show } from "./dom.js";
+import { $, actionButton, announce, attempt, el, row, say, show } from "./dom.js";
 import { clusterDrawing, reach, sums } from "./clusters.js";
 import { t } from "./language.js";
 import { Plan } from "./plan.js";
@@ -141,10 +141,8 @@ function showRuns() {
 }
 
 function leaveOut(sample) {
-  const button = el("button", { type: "button", class: "quiet small", "data-testid": `leave-out-${sample.number}`, "aria-label": t("Leave run {number} out", sample) }, t("Leave out"));
-  button.addEventListener("click", () => attempt(button, $("runs-message"), async () => {
+  return actionButton(t("Leave out"), $("runs-message"), async () => {
     await remove(address(now, "samples", sample.number));
     await reload();
-  }));
-  return button;
+  }, { "data-testid": `leave-out-${sample.number}`, "aria-label": t("Leave run {number} out", sample) });
 }

@@ -39,14 +39,7 @@ export class Trajectory {
 
   /** Stretch [left, bottom, right, top] so that it holds every point. */
   stretch(box) {
-    for (const segment of this.segments) {
-      for (const [x, y] of segment) {
-        box[0] = Math.min(box[0], x);
-        box[1] = Math.min(box[1], y);
-        box[2] = Math.max(box[2], x);
-        box[3] = Math.max(box[3], y);
-      }
-    }
+    for (const segment of this.segments) stretch(box, segment);
   }
 
   draw(context, viewport) {
@@ -57,6 +50,16 @@ export class Trajectory {
       context.stroke();
     });
     context.globalAlpha = 1;
+  }
+}
+
+/** Stretch [left, bottom, right, top] so that it holds points. */
+export function stretch(box, points) {
+  for (const [x, y] of points) {
+    box[0] = Math.min(box[0], x);
+    box[1] = Math.min(box[1], y);
+    box[2] = Math.max(box[2], x);
+    box[3] = Math.max(box[3], y);
   }
 }
 

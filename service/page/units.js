@@ -48,6 +48,12 @@ export const recordingsCount = (count) => (count === 1 ? t("1 recording") : t("{
 /** How often a job was attempted, where more than once. */
 export const attempts = ({ attempts: count }) => (count > 1 ? t(", attempt {count}", { count }) : "");
 
+/** The largest of 1, 2 or 5 times a power of ten that is not more than `most`. */
+export function niceStep(most) {
+  const power = 10 ** Math.floor(Math.log10(most));
+  return power * ([5, 2].find((factor) => factor * power <= most) ?? 1);
+}
+
 /** -pi to pi. */
 export const wrap = (angle) => Math.atan2(Math.sin(angle), Math.cos(angle));
 
