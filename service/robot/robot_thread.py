@@ -1,34 +1,51 @@
-"""The robot's thread: reads the bus all the time, and drives when a session is reserved and begun."""
+"""The robot's thread: reads the bus all the time, and drives and records the squares of a session."""
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import tempfile
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
 
+from omnimate.driver.robot.recorder import Recorder
+from omnimate.motion.drive import drive
+from omnimate.motion.journal import Journal
+from omnimate.motion.paths import squares
+from omnimate.motion.runner import Runner
 from omnimate.service.robot.connection import RobotConnection, connected
 from omnimate.service.robot.frame_feed import FrameFeed
 from omnimate.service.robot.observer import Observer
 from omnimate.service.robot.reservation import Reservation
-from omnimate.service.robot.session_drive import SessionDriver
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Callable
+    from concurrent.futures import Future
 
+    from omnimate.motion.program import Program
+    from omnimate.service.robot.reservation import DriveOrder
     from omnimate.service.robot.session_reporter import SessionReporter
+    from omnimate.service.umbmark.models import Direction
     from omnimate.vcan_sim.plant import Plant
 
+T = TypeVar("T")
 RENEW_PERIOD = 2.0  # [s] between two renewals of a session's lease
 RETRY_PERIOD = 2.0  # [s] before the bus is opened again after a failure
-_log = logging.getLogger(__name__)
-
 COMPILATION_TIMEOUT = 90.0  # [s] at most, for which a new machine compiles what a robot calls
+_log = logging.getLogger(__name__)
 
 
 class RobotThread:
-    """The robot on the bus; its methods may be called from any thread."""
+    """The robot on the bus; its methods may be called from any thread.
+
+    Attributes:
+        reservation: The session that the robot is reserved for, and whether it may go on.
+        observer: Takes every sample.
+        frame_feed: Receives every frame of the bus.
+    """
 
     def __init__(
         self,
@@ -41,12 +58,9 @@ class RobotThread:
         self.reservation = Reservation()
         self.observer = Observer("simulated" if bus is None else "bus", self.reservation)
         self.frame_feed = FrameFeed()
-        self._bus, self._plant, self._reporter = bus, plant, reporter
+        self._bus, self._plant, self._pace, self._reporter = bus, plant, pace, reporter
         self._flight_recorder = flight_recorder
-        self._executor = ThreadPoolExecutor(2, "session reports")
-        self._session_driver = SessionDriver(
-            self.reservation, self.observer, reporter, self.frame_feed, self._executor, pace
-        )
+        self._executor = ThreadPoolExecutor(2, "session reports")  # while the robot's thread reads the bus
         self._ending, self._reloading = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="robot", daemon=True)
         self._lease_thread = threading.Thread(target=self._renew_leases, name="lease", daemon=True)
@@ -124,4 +138,77 @@ class RobotThread:
         while not (self._ending.is_set() or self._reloading.is_set()):
             self.observer.read(driver)
             if reservation.order is not None:
-                self._session_driver.run(connection, reservation.order)
+                self._drive_session(connection, reservation.order)
+
+    def _drive_session(self, connection: RobotConnection, order: DriveOrder) -> None:
+        """Drive the squares that the session still wants; what stops this interrupts the session.
+
+        The robot is free before the session is seen to be over, so that a client may resume it at once. After
+        an unexpected error it stands, and is still reserved: the caller ends the reservation.
+        """
+        driver = connection.driver
+        problem: str | None = None
+        try:
+            self.reservation.require_wanted(order)
+            driver.enable()
+            connection.set_pace(self._pace)
+            all_driven = self._drive_laps(connection, order)
+        except OmnimateError as error:
+            with contextlib.suppress(OmnimateError):  # no command to stop reaches a bus that is lost
+                driver.stop()
+            problem = str(error)
+        finally:
+            connection.set_pace(1.0)
+            driver.drives.disable()
+        self.reservation.end()
+        if problem is not None:
+            self._reporter.interrupted(order.session, problem)
+        elif all_driven:
+            self._while_reading(connection, self._reporter.finished, order.session)
+
+    def _drive_laps(self, connection: RobotConnection, order: DriveOrder) -> bool:
+        """Drive lap by lap; return whether all are driven, and not only one that a person has to measure."""
+        while direction := self._while_reading(connection, self._reporter.next_direction, order.session):
+            self.reservation.lap = direction
+            self._drive_lap(connection, order, direction)
+            if connection.fix is None:
+                return False  # a person measures where the robot stands
+        return True
+
+    def _drive_lap(self, connection: RobotConnection, order: DriveOrder, direction: Direction) -> None:
+        program = _program(connection, order, direction)
+        vehicle = connection.driver.vehicle
+        runner = self._while_reading(connection, Runner, program, vehicle)  # it may have to compile
+        fix, locate = connection.fix, self.observer.locate
+        with tempfile.TemporaryDirectory() as place:
+            folder = Path(place) / "lap"
+            with Recorder(folder, vehicle, protocol=program.protocol, side=program.side) as recorder:
+                journal = Journal(program, recorder)
+                self.frame_feed.recorder = recorder
+                try:
+                    for moment in drive(connection.driver, runner, vehicle, journal, fix, locate):
+                        self.observer.observe(moment.sample, connection.driver)
+                        self.reservation.require_wanted(order)
+                finally:
+                    self.frame_feed.recorder = None
+                    connection.driver.stop()
+            self._while_reading(connection, self._reporter.lap_done, order.session, direction, folder)
+
+    def _while_reading(self, connection: RobotConnection, call: Callable[..., T], *arguments: object) -> T:
+        """Make a call in another thread and read the bus meanwhile, so that no sample is lost."""
+        future: Future[T] = self._executor.submit(call, *arguments)
+        while not future.done():
+            self.observer.read(connection.driver)
+        return future.result()
+
+
+def _program(connection: RobotConnection, order: DriveOrder, direction: Direction) -> Program:
+    """Return the program of one square, after the return to its start where a fix can be measured."""
+    linkage = connection.driver.vehicle.linkage
+    return squares(
+        [direction],
+        order.side,
+        speed=order.speed,
+        link_length=None if linkage is None else linkage.length,
+        home_first=connection.fix is not None,
+    )
