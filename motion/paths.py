@@ -25,7 +25,6 @@ from omnimate.motion.program import (
 )
 from omnimate.vehicle.recording import Direction
 
-Turning = Literal["cw", "ccw"]
 Point = tuple[float, float]
 
 PAUSE = 0.3  # [s] stop at a corner (assumption)

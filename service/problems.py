@@ -115,9 +115,9 @@ def problem_response(
     identity = request_id.get()
     if identity is not None:
         headers = {**(headers or {}), HEADER: identity}
-    body: dict[str, Any] = {"type": "about:blank", "title": title, "status": status, "detail": detail}
-    body |= {"possible": possible, "errors": errors, "request_id": identity}
-    shown = {name: value for name, value in body.items() if value is not None}
+    body = {"title": title, "status": status, "detail": detail}
+    more = {"possible": possible, "errors": errors, "request_id": identity}
+    shown = Problem.model_validate(body | more).model_dump(exclude_none=True)
     return JSONResponse(shown, status, headers, MEDIA)
 
 

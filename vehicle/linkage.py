@@ -36,16 +36,6 @@ def follower(pose_a: ArrayLike, joint_a: ArrayLike, joint_b: ArrayLike, length: 
     return np.stack(np.broadcast_arrays(x, y, heading + np.asarray(joint_b, np.float64)), axis=-1)
 
 
-def leader(pose_b: ArrayLike, joint_a: ArrayLike, joint_b: ArrayLike, length: ArrayLike) -> Array:
-    """Return the pose of truck a from that of truck b: C (16) read backwards."""
-    b = np.asarray(pose_b, np.float64)
-    heading = b[..., 2] - np.asarray(joint_b, np.float64)
-    length = np.asarray(length, np.float64)
-    x = b[..., 0] + length * np.cos(heading)
-    y = b[..., 1] + length * np.sin(heading)
-    return np.stack(np.broadcast_arrays(x, y, heading + np.asarray(joint_a, np.float64)), axis=-1)
-
-
 @compiled
 def link_heading(pose_a: Array, pose_b: Array) -> float:
     """Return the heading of the link [rad], C (10), O (1), in the quadrant that their atan leaves open."""

@@ -153,22 +153,19 @@ def send_message(message: Message, now: float) -> tuple[int | None, str]:
         return None, f"no answer: {error}"
 
 
-def deliver_due(
+def deliver_next(
     database: Database,
     now: Callable[[], float] = time.time,
     send: Callable[[Message, float], tuple[int | None, str]] = send_message,
-) -> int:
-    """Send every message that is due once; return how many."""
-    count = 0
-    while True:
-        with database.writing() as db:
-            message = claim_message(db, now())
-        if message is None:
-            return count
+) -> bool:
+    """Send the message that has been due longest; return whether there was one."""
+    with database.writing() as db:
+        message = claim_message(db, now())
+    if message is not None:
         status, answer = send(message, now())
         with database.writing() as db:
             settle(db, message, status, answer, now())
-        count += 1
+    return message is not None
 
 
 class Deliverer(RepeatingThread):
@@ -182,5 +179,5 @@ class Deliverer(RepeatingThread):
         self._database = database
 
     def work(self) -> bool:
-        """Send every message that is due; return whether there was one."""
-        return deliver_due(self._database) > 0
+        """Send a message that is due; return whether there was one."""
+        return deliver_next(self._database)

@@ -107,15 +107,12 @@ def download_recording(recording_id: RecordingId, call: Reading) -> Response:
 @router.delete("/{recording_id}", response_model=Done)
 def delete_recording(recording_id: RecordingId, call: Operating) -> Response:
     """Delete a recording."""
-    deleted = []
 
     def act(db: Db) -> Answer:
-        deleted.append(find_row(db, RecordingRow, recording_id))
-        db.delete(deleted[0])
+        db.delete(find_row(db, RecordingRow, recording_id))
         db.merge(RecordingFileRow(id=recording_id, created=time.time()))
         return Answer(Done(done=f"recording {recording_id} is deleted"))
 
     response = call.change(None, act)
-    if deleted:
-        call.components.recordings.delete(recording_id)
+    call.components.recordings.delete(recording_id)
     return response

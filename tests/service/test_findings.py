@@ -20,7 +20,7 @@ from omnimate.service.fleets.webhooks import (
     Message,
     add_webhook,
     claim_message,
-    deliver_due,
+    deliver_next,
     remove_webhook,
     send_message,
     settle,
@@ -32,9 +32,8 @@ from tests.service.hall_results import DATES, FAULTY, daily_report, place
 BEGIN = 2e9  # [s] later than any message is made
 
 
-@pytest.fixture
-def fleet(database):
-    """The database with a fleet that has one webhook."""
+def with_hook(database):
+    """Return the database with nothing but a fleet that has one webhook."""
     with database.writing() as db:
         for table in (DeliveryRow, WebhookRow, FindingRow, FleetRow):
             db.query(table).delete()
@@ -42,6 +41,11 @@ def fleet(database):
         db.flush()
         add_webhook(db, "hall", "http://127.0.0.1:9/hook")
     return database
+
+
+@pytest.fixture
+def fleet(database):
+    return with_hook(database)
 
 
 def note(database, judged):
@@ -116,8 +120,8 @@ def test_what_is_not_accepted_is_sent_again_after_the_standards_pauses_and_given
         return 503, "503 busy"
 
     while len(sent) < len(PAUSES):
-        assert deliver_due(fleet, lambda: now[0], refuse) == 1
-        assert deliver_due(fleet, lambda: now[0], refuse) == 0
+        assert deliver_next(fleet, lambda: now[0], refuse)
+        assert not deliver_next(fleet, lambda: now[0], refuse)
         with fleet.reading() as db:
             now[0] = db.query(DeliveryRow).one().due
     assert len({identity for identity, _ in sent}) == 1
@@ -130,7 +134,7 @@ def test_what_is_not_accepted_is_sent_again_after_the_standards_pauses_and_given
 
 def test_a_receiver_that_wants_no_more_is_sent_no_more(fleet):
     note(fleet, replace(daily_report(), places=()))
-    assert deliver_due(fleet, lambda: BEGIN, lambda _message, _now: (410, "410 Gone")) == 1
+    assert deliver_next(fleet, lambda: BEGIN, lambda _message, _now: (410, "410 Gone"))
     with fleet.reading() as db:
         assert db.query(DeliveryRow).one().state == "given up"
 
@@ -139,7 +143,7 @@ def test_messages_of_a_removed_webhook_do_not_wait(fleet):
     note(fleet, daily_report())
     with fleet.writing() as db:
         remove_webhook(db, db.query(WebhookRow).one())
-    assert deliver_due(fleet, lambda: BEGIN) == 0
+    assert not deliver_next(fleet, lambda: BEGIN)
     with fleet.reading() as db:
         assert {row.state for row in db.query(DeliveryRow)} == {"given up"}
 
@@ -148,13 +152,7 @@ def test_messages_of_a_removed_webhook_do_not_wait(fleet):
 @given(dies=st.lists(st.sampled_from(["before", "after", "never", "refused"]), max_size=6))
 def test_no_message_is_lost_when_services_die_while_they_send(database, dies):
     """A service may die before it sends or before it notes the answer; the message arrives once or more."""
-    with database.writing() as db:
-        for table in (DeliveryRow, WebhookRow, FindingRow, FleetRow):
-            db.query(table).delete()
-        db.add(FleetRow(id="hall", created=0.0))
-        db.flush()
-        add_webhook(db, "hall", "http://127.0.0.1:9/hook")
-    note(database, replace(daily_report(), places=()))
+    note(with_hook(database), replace(daily_report(), places=()))
     arrived, now = 0, BEGIN
     for death in [*dies, "never"]:
         with database.writing() as db:
@@ -212,8 +210,8 @@ def test_a_message_arrives_signed_at_a_server_and_follows_no_redirect(fleet):
             webhook.url = f"http://127.0.0.1:{server.server_port}/hook"
             handler.secret = webhook.secret
         note(fleet, replace(daily_report(), places=()))
-        assert deliver_due(fleet, lambda: BEGIN, send_message) == 1
-        assert deliver_due(fleet, lambda: BEGIN + PAUSES[1], send_message) == 1
+        assert deliver_next(fleet, lambda: BEGIN, send_message)
+        assert deliver_next(fleet, lambda: BEGIN + PAUSES[1], send_message)
         server.shutdown()
     assert [(path, valid) for path, valid, _ in handler.received] == [("/hook", True)] * 2
     assert json.loads(handler.received[1][2])["type"] == "finding.opened"
@@ -224,7 +222,7 @@ def test_a_message_arrives_signed_at_a_server_and_follows_no_redirect(fleet):
 
 def test_a_receiver_that_is_not_there_is_tried_again(fleet):
     note(fleet, replace(daily_report(), places=()))
-    assert deliver_due(fleet, lambda: BEGIN, send_message) == 1
+    assert deliver_next(fleet, lambda: BEGIN, send_message)
     with fleet.reading() as db:
         row = db.query(DeliveryRow).one()
         assert (row.state, row.attempts) == ("waiting", 1)

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.vehicle.linkage import follower, leader, link_heading, linkage_of, place_follower
+from omnimate.vehicle.linkage import follower, link_heading, linkage_of, place_follower
 from omnimate.vehicle.se2 import wrap
 
 angles = st.floats(-3.1, 3.1)
@@ -26,8 +26,8 @@ def test_follower_and_linkage_are_inverse(a, joint_a, joint_b, length):
 
 
 @given(trucks, angles, angles, st.floats(0.1, 3))
-def test_leader_undoes_follower(a, joint_a, joint_b, length):
-    back = leader(follower(a, joint_a, joint_b, length), joint_a, joint_b, length)
+def test_the_linkage_seen_from_its_other_end_leads_back(a, joint_a, joint_b, length):
+    back = follower(follower(a, joint_a, joint_b, length), joint_b, joint_a, -length)
     assert np.allclose(back[:2], a[:2])
     assert np.isclose(wrap(back[2] - a[2]), 0, atol=1e-9)
 
