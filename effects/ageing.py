@@ -81,16 +81,16 @@ class AgedSamples(Effect):
         kept = slice(max(min(oldest, len(time) - 2), 0), None)
         return shown, History(state.start, time[kept], values[kept], float(shown[-1]))
 
-    def recover(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+    def recover(self, block: Block) -> Block:
         """Return the block of a whole recording with the wheel's travel shifted to its true time."""
         if self.component not in WHEEL:
-            return block, state
+            return block
         wheel = wheel_number(self.component)
         start = float(block.time[0] - block.period[0])
         time = np.concatenate(([start], block.time))
         distance = np.concatenate(([0.0], np.cumsum(block.travel[:, wheel])))
         shifted = np.interp(time + self.age(time, start), time, distance)
-        return block.with_travel(wheel, np.diff(shifted)), state
+        return block.with_travel(wheel, np.diff(shifted))
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,12 +60,12 @@ class CountLoss(Effect):
         missing = (0.0 if state is None else state) + np.cumsum(block.turned[:, wheel] - counted)
         return block.with_counted(wheel, block.angle[:, wheel] - missing, counted), float(missing[-1])
 
-    def recover(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
+    def recover(self, block: Block) -> Block:
         """Return the block with the uncounted travel added."""
         wheel = wheel_number(self.component)
         fast = np.abs(block.speed[:, wheel]) > self.above * (1.0 - self.fraction)
         factor = np.where(fast, 1.0 / (1.0 - self.fraction), 1.0)
-        return block.with_travel(wheel, factor * block.travel[:, wheel]), state
+        return block.with_travel(wheel, factor * block.travel[:, wheel])
 
     @classmethod
     def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:

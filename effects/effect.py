@@ -193,12 +193,12 @@ class Effect:
         """
         raise NotImplementedError
 
-    def recover(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401
-        """Return the block with the true travel, given angle and turn as counted: the inverse of `act`.
+    def recover(self, block: Block) -> Block:
+        """Return a recording with the true travel, given angle and turn as counted: the inverse of `act`.
 
         Only effects on wheel encoders have one; all others return the block unchanged.
         """
-        return block, state
+        return block
 
     def acts_during(self, block: Block) -> tuple[float, float] | None:  # noqa: ARG002  few have an end
         """Return start and end of the time in which the effect changes the motion of wheels and trucks [s].

@@ -42,5 +42,5 @@ def replay(block: Block, effects: Iterable[Effect]) -> Block:
         if stage == "body":
             block = block.rolled()
         for effect in acting:
-            block, _ = effect.recover(block) if stage == "encoder" else effect.act(block)
+            block = effect.recover(block) if stage == "encoder" else effect.act(block)[0]
     return block

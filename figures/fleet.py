@@ -45,9 +45,7 @@ class MapPlace:
     creep: Array | None = None
 
 
-def plot_floor_map(
-    places: Sequence[MapPlace], driven: Array, path: Path, *, title: str = "", true: Array | None = None
-) -> None:
+def plot_floor_map(places: Sequence[MapPlace], driven: Array, path: Path, *, title: str = "") -> None:
     """Draw the floor [m]: where robots drove, and its bad places with the ellipse that holds each with 95 %.
 
     Args:
@@ -55,7 +53,6 @@ def plot_floor_map(
         driven: Cells that were driven over, x and y [m] and how often, `(N, 3)`.
         path: Path of the file; its suffix gives the format.
         title: Title above the figure.
-        true: True places, x and y [m], `(M, 2)`, where they are known, as in a simulation.
 
     Raises:
         PlotError: The file cannot be written.
@@ -86,11 +83,9 @@ def plot_floor_map(
                     arrowprops={"arrowstyle": "->", "color": color},
                 )
             axes.annotate(place.label, at, xytext=(8, 8), textcoords="offset points", fontsize=8, color=color)
-        if true is not None:
-            axes.plot(true[:, 0], true[:, 1], "k+", markersize=8, label="true place", zorder=5)
         axes.set(xlabel="x [m]", ylabel="y [m]", title=title)
         axes.set_aspect("equal", adjustable="datalim")
-        if places or true is not None:
+        if places:
             figure.legend(loc="outside lower center", ncols=3)
 
 

@@ -139,7 +139,7 @@ def test_count_loss_keeps_a_fraction_from_arriving_above_a_speed_and_recover_giv
     assert after["angle"][:, 0] == pytest.approx(5.0 + np.cumsum(after["turned"][:, 0]))
     slower = np.where(fast, 0.75, 1.0)[:, None]
     counted = replace(block, travel=0.075 * after["turned"], speed=slower * block.speed)
-    back, _ = loss.recover(counted)
+    back = loss.recover(counted)
     certain = ~((np.abs(block.speed[:, 0]) > 0.15) & ~fast)  # what is counted so fast may be either
     assert back.travel[certain, 0] == pytest.approx(block.travel[certain, 0])
 
@@ -254,7 +254,7 @@ def test_aged_samples_show_what_was_there_before(block, acted, name, values, age
 def test_recover_gives_back_the_way_of_a_wheel_whose_samples_are_old(block, acted):
     late = effect("latency", "a.left", delay=0.06)
     aged = acted(late, block)
-    back, _ = late.recover(replace(block, travel=0.075 * aged["turned"]))
+    back = late.recover(replace(block, travel=0.075 * aged["turned"]))
     way, recovered = np.cumsum(block.travel[:, 0]), np.cumsum(back.travel[:, 0])
     assert recovered[:-5] == pytest.approx(way[:-5], abs=1e-9)
 

@@ -146,7 +146,7 @@ def test_an_unknown_component_and_a_value_out_of_bounds_are_refused(kind):
 @every_effect
 def test_only_encoders_of_wheels_have_something_to_recover(kind, component, block):
     effect = strong(kind, component)
-    recovered, _ = effect.recover(block)
+    recovered = effect.recover(block)
     changed = not np.allclose(recovered.travel, block.travel, atol=1e-12)
     assert changed == (effect.acts_at() == "encoder")
 

@@ -72,4 +72,4 @@ def test_a_replay_without_effects_rolls_the_wheels_and_changes_nothing_else(bloc
 def test_counts_that_were_lost_are_given_back_before_the_wheels_travel(block):
     loss, diameter = DIFFERENT[:2]
     both = replay(block, (diameter, loss)).travel[:, 0]
-    assert np.allclose(both, diameter.ratio * loss.recover(block)[0].travel[:, 0], rtol=1e-12)
+    assert np.allclose(both, diameter.ratio * loss.recover(block).travel[:, 0], rtol=1e-12)
