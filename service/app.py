@@ -25,7 +25,6 @@ from omnimate.service.routes import (
     learned,
     recordings,
     robot,
-    umbmark_results,
     umbmark_sessions,
     vehicles,
 )
@@ -42,7 +41,6 @@ if TYPE_CHECKING:
 PAGE = Path(__file__).with_name("page")
 ROUTES = (
     umbmark_sessions,
-    umbmark_results,
     vehicles,
     recordings,
     learned,

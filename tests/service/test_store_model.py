@@ -27,7 +27,7 @@ from omnimate.service.calls import Call
 from omnimate.service.errors import StateError
 from omnimate.service.jobs import housekeeping, queue
 from omnimate.service.robot.session_reporter import SessionReporter
-from omnimate.service.routes import diagnoses, umbmark_results, umbmark_sessions
+from omnimate.service.routes import diagnoses, umbmark_sessions
 from omnimate.service.store import tables, vehicles
 from omnimate.service.store.tables import AnswerRow, JobRow, RecordingRow, SampleRow, SessionRow, VehicleRow
 from omnimate.service.umbmark import samples, sessions
@@ -44,16 +44,7 @@ OUTCOMES = {
     "died": {"died": "its process ended with code -9"},
     "stopped": None,
 }
-TIMED = (
-    calls,
-    housekeeping,
-    queue,
-    samples,
-    sessions,
-    tables,
-    umbmark_results,
-    umbmark_sessions,
-)  # read the clock
+TIMED = (calls, housekeeping, queue, samples, sessions, tables, umbmark_sessions)  # read the clock
 # The bounds themselves, what is within and beyond them, and a clock that is set back.
 JUMPS = st.sampled_from(
     [1.0] * 6 + [sessions.LEASE, queue.LEASE] * 2 + [LIFETIME, housekeeping.ANSWERS_KEPT, -3600.0]
@@ -229,7 +220,7 @@ class Store(RuleBasedStateMachine):
         allowed = both and self.is_in(session, "collecting", "interrupted", "solved")
 
         def route(number, call):
-            return umbmark_results.solve_session(number, call, None)
+            return umbmark_sessions.solve_session(number, call, None)
 
         if self.send(instance, key, f"solve {number}", route, number, allowed=allowed) is not None:
             self.used(session, state="solved", solved=True)
@@ -240,7 +231,7 @@ class Store(RuleBasedStateMachine):
         allowed = self.is_in(session, "solved") and session["version"] == self.newest_version
 
         def route(number, call):
-            return umbmark_results.accept_result(number, call, "*", umbmark_results.Accept(force=True))
+            return umbmark_sessions.accept_result(number, call, "*", umbmark_sessions.Accept(force=True))
 
         if self.send(instance, key, f"accept {number}", route, number, allowed=allowed) is not None:
             self.newest_version += 1
