@@ -47,6 +47,11 @@ def hall(client):
     return made.headers["Location"]
 
 
+def ended(client, path, until):
+    """Return a batch when it has ended."""
+    return until(lambda: (now := client.get(path).json())["state"] in ENDED and now)
+
+
 def test_of_two_requests_at_once_that_make_the_same_fleet_the_second_is_refused(client, monkeypatch):
     find = Session.get
 
@@ -64,21 +69,17 @@ def test_a_days_recordings_are_uploaded_and_a_batch_makes_their_results(client, 
     location = client.post(PATH, json={"name": "small"}).headers["Location"]
     for _ in range(2):  # the same files twice do no harm
         stored = client.post(f"{location}/recordings", content=day, headers=ZIP)
-        assert (stored.status_code, stored.json()["recordings"], stored.json()["days"]) == (
-            201,
-            2,
-            ["2026-03-02"],
-        )
+        assert stored.status_code == 201
+        assert (stored.json()["recordings"], stored.json()["days"]) == (2, ["2026-03-02"])
     made = client.post(f"{location}/batches", json={"diagnose": False})
     assert made.status_code == 202
     path = made.headers["Location"]
-    batch = until(lambda: (now := client.get(path).json())["state"] in ENDED and now)
+    batch = ended(client, path, until)
     assert (batch["state"], batch["done"], batch["known"], batch["failures"]) == ("done", 2, 0, [])
     assert (batch["progress"], batch["night"]) == (1.0, "2026-03-02")
-    again = client.post(f"{location}/batches", json={"day": "2026-03-02", "diagnose": False}).headers[
-        "Location"
-    ]
-    assert until(lambda: (now := client.get(again).json())["state"] in ENDED and now)["known"] == 2
+    known = {"day": "2026-03-02", "diagnose": False}
+    again = client.post(f"{location}/batches", json=known).headers["Location"]
+    assert ended(client, again, until)["known"] == 2
     assert [row["id"] for row in client.get(f"{location}/batches").json()["items"]] == [
         again.rpartition("/")[2],
         path.rpartition("/")[2],
@@ -90,7 +91,7 @@ def test_a_days_recordings_are_uploaded_and_a_batch_makes_their_results(client, 
 def test_a_day_without_recordings_fails_with_its_reason(client, until):
     location = client.post(PATH, json={"name": "empty"}).headers["Location"]
     path = client.post(f"{location}/batches", json={}).headers["Location"]
-    batch = until(lambda: (now := client.get(path).json())["state"] in ENDED and now)
+    batch = ended(client, path, until)
     assert batch["state"] == "failed"
     assert "no recording; expected" in batch["error"]
     assert client.post(f"{path}/cancel").status_code == 409

@@ -28,8 +28,8 @@ def test_a_recording_is_kept_byte_for_byte_until_it_is_deleted(service, squares)
     assert service.get(location).status_code == 404
 
 
-def test_a_session_takes_every_square_of_a_recording(service, squares, started):
-    recording = service.post(PATH, content=squares, headers=ZIP).json()["id"]
+def test_a_session_takes_every_square_of_a_recording(service, uploaded, started):
+    recording = uploaded(service, 2.0)
     path = started(service, how="recordings", side=2.0)
     answer = service.post(f"{path}/samples", json={"recording": recording})
     assert answer.status_code == 201

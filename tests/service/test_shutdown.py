@@ -13,7 +13,6 @@ from omnimate.service.store.tables import JobRow, SessionRow
 service_process = pytest.importorskip("studies.speed.service_process")
 
 DRIVE = {"how": "drive", "side": 50.0, "runs": 50, "lifeline": None}
-ZIP = {"Content-Type": "application/zip"}
 
 
 def half_sent(url, body):
@@ -33,13 +32,13 @@ def half_sent(url, body):
     return connection
 
 
-def test_sigterm_ends_a_service_in_good_order(tmp_path, drive_zip, until):
+def test_sigterm_ends_a_service_in_good_order(tmp_path, uploaded, until):
     url = f"sqlite:///{tmp_path}/service.db"
     with (
         service_process.serving(tmp_path, url) as service,
         httpx2.Client(base_url=service.url, timeout=60.0) as client,
     ):
-        recording = client.post("/v1/recordings", content=drive_zip(4.0), headers=ZIP).json()["id"]
+        recording = uploaded(client, 4.0)
         session = client.post("/v1/umbmark/sessions", json=DRIVE).json()["id"]
         until(lambda: any(client.get("/v1/robot").json()["state"]["wheels"]))
         job = client.post("/v1/diagnoses", json={"recordings": [recording]}).json()["id"]
