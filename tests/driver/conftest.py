@@ -299,8 +299,8 @@ def two_trucks():
     return VehicleParameters("two", trucks, Linkage(1.0), Bus(500_000, 0.01), (*wheels, *joints, link))
 
 
-def drive(wheel, node, sign=1):
-    return Drive(wheel, node, 0x200 + node, sign, 40000)
+def drive(wheel, node, sign=1, **changes):
+    return Drive(wheel, node, 0x200 + node, sign, 40000, **changes)
 
 
 @dataclass(frozen=True)

@@ -7,20 +7,32 @@ import pytest
 from omnimate.driver.errors import BadCommand, DriveError, DrivesStopped, NodeMissing, NotEnabled
 from omnimate.driver.robot import driver as module
 from omnimate.driver.robot.driver import Driver
-from omnimate.driver.robot.drives import target_velocity
+from omnimate.driver.robot.drives import MAX_TROUBLES, target_velocity
+from omnimate.driver.robot.events import Trouble
 
 COUNTS = 40000 / (2 * math.pi)
+HEARTBEAT = (0x77F, b"\x05")
+QUICK_STOP = (0x6040, 0, 0x02)
+
+
+def robot_of(kit, *drives, **options):
+    """A truck of two encoders and two drives on a bus, configured."""
+    nodes = [drive.node for drive in drives]
+    devices = [kit.encoder_device(1), kit.encoder_device(2), *map(kit.drive_device, nodes)]
+    bus = kit.Bus(devices)
+    driver = Driver(kit.one_truck(drives=drives), bus, clock=kit.Clock(), **options)
+    driver.configure()
+    return driver, bus
 
 
 @pytest.fixture
 def robot(kit):
-    """A truck of two encoders and two drives, the right one mounted the other way round."""
-    drives = (kit.drive("a.left", 17), kit.drive("a.right", 18, sign=-1))
-    devices = [kit.encoder_device(1), kit.encoder_device(2), kit.drive_device(17), kit.drive_device(18)]
-    bus = kit.Bus(devices)
-    driver = Driver(kit.one_truck(drives=drives), bus, clock=kit.Clock())
-    driver.configure()
-    return driver, bus
+    """A truck of which the right drive is mounted the other way round."""
+    return robot_of(kit, kit.drive("a.left", 17), kit.drive("a.right", 18, sign=-1))
+
+
+def words(driver):
+    return [(event.node, event.what) for event in driver.report().events]
 
 
 def targets(bus, cob_id):
@@ -31,7 +43,17 @@ def test_nothing_is_commanded_before_enable(robot):
     driver, bus = robot
     with pytest.raises(NotEnabled, match="has not been called"):
         driver.command((1.0, 1.0))
+    for _ in range(20):
+        driver.cycle()
     assert targets(bus, 0x211) == []
+    assert HEARTBEAT not in bus.sent
+    assert driver.drives.speeds == (0.0, 0.0)
+
+
+def test_drives_that_were_never_enabled_are_left_alone(robot):
+    driver, bus = robot
+    driver.close()
+    assert bus.devices[17].writes == []
 
 
 def test_enable_goes_through_the_states_in_order_at_speed_zero(robot):
@@ -46,6 +68,69 @@ def test_enable_goes_through_the_states_in_order_at_speed_zero(robot):
     assert device.objects[0x1016, 1][0] == 127 << 16 | 500
     assert device.objects[0x6007, 0][0] == 3
     assert [node.names for node in report] == [("drive of a.left",), ("drive of a.right",)]
+    assert (0x000, b"\x80\x11") in bus.sent, "its mapping changes in pre-operational only"
+    assert targets(bus, 0x211) == targets(bus, 0x212) == [0]
+    assert not [what for _, what in words(driver) if "answers for 6041h after" in what]
+
+
+def test_our_heartbeat_begins_before_any_drive_is_configured_and_goes_on_with_each(robot):
+    driver, bus = robot
+    bus.sent.clear()
+    driver.enable()
+    assert bus.sent.index(HEARTBEAT) < bus.sent.index((0x000, b"\x80\x11"))
+    assert bus.sent.count(HEARTBEAT) == 3
+
+
+def test_our_heartbeat_has_the_highest_id_that_no_node_has(kit):
+    driver, bus = robot_of(kit, kit.drive("a.left", 127), kit.drive("a.right", 18))
+    driver.enable()
+    assert (0x77E, b"\x05") in bus.sent
+
+
+def test_a_control_word_in_the_pdo_gives_torque_only_while_the_drives_are_enabled(kit):
+    left, right = kit.drive("a.left", 17, start_bit=16), kit.drive("a.right", 18, start_bit=16)
+    driver, bus = robot_of(kit, left, right)
+    driver.enable()
+    driver.command((1.0, 1.0))
+    controls = [data[0] for can_id, data in bus.sent if can_id == 0x211]
+    assert controls == [0x0F] * len(controls)
+    driver.drives.halt(Trouble(0.0, 17, "a trouble"))
+    assert [data for can_id, data in bus.sent if can_id == 0x212][-1] == b"\x02" + bytes(5)
+    driver.enable()
+    driver.drives.disable()
+    driver.cycle()
+    assert [data for can_id, data in bus.sent if can_id == 0x211][-1] == b"\x06" + bytes(5)
+
+
+def test_an_error_that_an_enabled_drive_still_has_is_logged(robot):
+    driver, bus = robot
+    bus.devices[18].put(0x1001, 0, 0x10, 1)
+    driver.enable()
+    found = [(node, what) for node, what in words(driver) if "1001h = 10h" in what]
+    assert [node for node, _ in found] == [18]
+
+
+def test_how_long_a_drive_takes_to_answer_for_its_status_word_is_measured(robot):
+    driver, bus = robot
+
+    def slow(message, answers):
+        if message.arbitration_id == 0x612 and bytes(message.data[:4]) == b"\x40\x41\x60\x00":
+            driver._clock.time += 0.1
+        return answers
+
+    bus.change = slow
+    bus.devices[18].objects[0x1A00, 1][0] = 0x60640020  # no TPDO brings it
+    driver.enable()
+    found = [(node, what) for node, what in words(driver) if "answers for 6041h after 0.1 s" in what]
+    assert [node for node, _ in found] == [18]
+
+
+def test_an_answer_that_is_lost_right_after_enable_stops_nothing(robot):
+    driver, bus = robot
+    driver.enable()
+    bus.queue.clear()
+    driver.cycle()
+    assert driver.command((1.0, 1.0)) == (1.0, 1.0)
 
 
 def test_a_fault_is_reset_first(robot):
@@ -110,6 +195,30 @@ def test_a_restart_in_the_middle_of_its_configuration_stops_all(kit, robot):
         driver.command((1.0, 1.0))
 
 
+def test_an_emergency_of_a_drive_that_is_enabled_while_the_next_one_is_not_stops_all(kit, robot):
+    driver, bus = robot
+    on_write = bus.devices[18].on_write
+
+    def write(index, sub, value):
+        if index == 0x6060:
+            bus.queue.append(kit.frame(0x091, b"\x10\x81\x11\0\0\0\0\0"))
+        on_write(index, sub, value)
+
+    bus.devices[18].on_write = write
+    driver.enable()
+    driver.cycle()
+    with pytest.raises(DrivesStopped, match="8110h"):
+        driver.command((1.0, 1.0))
+
+
+def test_an_emergency_of_an_encoder_stops_nothing(kit, robot):
+    driver, bus = robot
+    driver.enable()
+    bus.queue.append(kit.frame(0x081, b"\x10\x81\x11\0\0\0\0\0"))
+    driver.cycle()
+    assert driver.command((1.0, 1.0)) == (1.0, 1.0)
+
+
 @pytest.mark.usefixtures("_impatient")
 def test_a_missing_drive_is_named(robot):
     driver, bus = robot
@@ -166,7 +275,7 @@ def test_too_fast_slows_all_wheels_by_one_factor_and_counts(robot):
     driver, _ = robot
     driver.enable()
     limit = driver.vehicle.limits.speed / 0.075
-    assert driver.command((2 * limit, limit)) == pytest.approx((limit, limit / 2))
+    assert driver.command((1.5 * limit, limit)) == pytest.approx((limit, limit / 1.5))
     assert driver.drives.limited == 1
     assert any("slowed down" in event.what for event in driver.report().events)
     assert driver.command((limit, -limit)) == pytest.approx((limit, -limit))
@@ -194,6 +303,27 @@ def test_without_a_commander_the_wheels_stop_after_200_ms(robot):
     assert any("no command for 0.2 s" in event.what for event in driver.report().events)
 
 
+def test_watchdog_refresh_and_heartbeat_are_due_at_their_times(kit):
+    driver, bus = robot_of(kit, kit.drive("a.left", 17), kit.drive("a.right", 18), watchdog=0.25)
+    driver._clock.now = lambda: driver._clock.time
+    driver._clock.time = 0.0
+    faults = []
+    driver._events.listener = lambda _time, _node, what, *, is_fault: faults.append((what, is_fault))
+    driver.enable()
+    driver.command((1.0, 1.0))
+    driver.drives.tick(0.0)
+    bus.sent.clear()
+    driver._clock.time = 0.1
+    driver.drives.tick(0.1)
+    assert bus.sent.count(HEARTBEAT) == 1
+    assert len(targets(bus, 0x211)) == 1
+    driver.drives.tick(0.25)
+    assert any(driver.drives.speeds)
+    driver.drives.tick(0.26)
+    assert driver.drives.speeds == (0.0, 0.0)
+    assert faults == [("no command for 0.25 s: wheels stopped", True)]
+
+
 def test_our_heartbeat_goes_on_while_enabled(robot):
     driver, bus = robot
     driver.enable()
@@ -203,15 +333,32 @@ def test_our_heartbeat_goes_on_while_enabled(robot):
     assert 9 <= bus.sent.count((0x77F, b"\x05")) - before <= 11
 
 
-def test_our_heartbeat_goes_on_after_disable_and_no_torque_is_commanded(robot):
+def test_our_heartbeat_goes_on_after_disable_and_no_torque_is_commanded(kit, robot):
     driver, bus = robot
     driver.enable()
     driver.drives.disable()
     bus.sent.clear()
+    bus.queue.append(kit.frame(0x191, b"\x21\x02"))
     for _ in range(100):
         driver.cycle()
     assert 9 <= bus.sent.count((0x77F, b"\x05")) <= 11
     assert not driver.drives.is_enabled
+    with pytest.raises(NotEnabled, match="they were disabled"):
+        driver.command((1.0, 1.0))
+    assert not [what for _, what in words(driver) if "has left operation enabled" in what]
+    written = len(bus.devices[17].writes)
+    driver.drives.disable()
+    assert len(bus.devices[17].writes) == written
+
+
+@pytest.mark.usefixtures("_impatient")
+def test_a_drive_that_cannot_be_disabled_is_logged_and_the_other_one_is_disabled(robot):
+    driver, bus = robot
+    driver.enable()
+    bus.devices[17].mute = True
+    driver.drives.disable()
+    assert [node for node, what in words(driver) if "could not be disabled" in what] == [17]
+    assert bus.devices[18].objects[0x6040, 0][0] == 0x06
 
 
 def test_our_heartbeat_goes_on_while_an_answer_is_awaited(robot):
@@ -257,6 +404,42 @@ def out_by_fault(kit, bus):
 
 def out_by_silence(kit, bus):
     bus.queue.append(kit.frame(0x711, b"\x05"))
+
+
+def test_all_drives_get_a_quick_stop_and_those_in_nmt_state_stopped_are_brought_back_for_it(kit, robot):
+    """A drive that is stopped has no SDO; what is seen of the drives afterwards is no news."""
+    driver, bus = robot
+    driver.enable()
+    faults = []
+    driver._events.listener = lambda _time, _node, what, *, is_fault: faults.append((what, is_fault))
+    bus.sent.clear()
+    bus.queue.extend([kit.frame(0x711, b"\x04")] * 2)
+    for _ in range(2):
+        driver.cycle()
+    assert not driver.drives.is_enabled
+    assert bus.devices[17].writes[-1] == bus.devices[18].writes[-1] == QUICK_STOP
+    assert [data for can_id, data in bus.sent if can_id == 0x000] == [b"\x80\x11"]
+    assert ("all wheels stopped; enable() is needed", True) in faults
+    bus.queue.append(kit.frame(0x192, b"\x07\x02"))
+    driver.cycle()
+    assert not [what for _, what in words(driver) if "has left operation enabled" in what]
+
+
+def test_a_quick_stop_that_cannot_be_sent_is_logged(robot):
+    driver, bus = robot
+    driver.enable()
+    bus.is_dead = True
+    driver.drives.halt(Trouble(0.0, 17, "a trouble"))
+    assert not driver.drives.is_enabled
+    assert [what for _, what in words(driver) if "quick stop could not be sent" in what]
+
+
+def test_the_first_troubles_are_kept(robot):
+    driver, _ = robot
+    driver.enable()
+    for number in range(2 * MAX_TROUBLES):
+        driver.drives.halt(Trouble(0.0, 17, str(number)))
+    assert [trouble.what for trouble in driver.drives.troubles] == list("01234567")
 
 
 @pytest.mark.parametrize("drop_out", [out_by_boot, out_by_fault, out_by_silence])
