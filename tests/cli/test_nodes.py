@@ -13,7 +13,7 @@ NODES = sorted({owner.node for owner in (*ROBOT.encoders, *ROBOT.drives)})
 
 
 def identity(bus, node):
-    store = next(device for device in bus._devices._devices if device.node == node).store
+    store = next(device for device in bus._devices._devices if device.node == node).objects
     return [store[0x1018, sub] for sub in (1, 2, 3, 4)]
 
 
