@@ -13,6 +13,7 @@ from omnimate.driver.robot.events import Trouble
 COUNTS = 40000 / (2 * math.pi)
 HEARTBEAT = (0x77F, b"\x05")
 QUICK_STOP = (0x6040, 0, 0x02)
+EMERGENCY = b"\x10\x81\x11\0\0\0\0\0"
 
 
 def robot_of(kit, *drives, **options):
@@ -29,6 +30,18 @@ def robot_of(kit, *drives, **options):
 def robot(kit):
     """A truck of which the right drive is mounted the other way round."""
     return robot_of(kit, kit.drive("a.left", 17), kit.drive("a.right", 18, sign=-1))
+
+
+def sends_at_writes(bus, node, indices, frame):
+    """Let a frame come whenever certain objects of a device are written."""
+    on_write = bus.devices[node].on_write
+
+    def write(index, sub, value):
+        if index in indices:
+            bus.queue.append(frame)
+        on_write(index, sub, value)
+
+    bus.devices[node].on_write = write
 
 
 def words(driver):
@@ -166,14 +179,7 @@ def test_a_drive_that_the_driver_makes_pre_operational_has_lost_nothing(kit, rob
     driver.enable()
     bus.devices[17].objects[0x1017, 0][0] = 0
     bus.devices[17].objects[0x1016, 1][0] = 0
-    on_write = bus.devices[17].on_write
-
-    def write(index, sub, value):
-        if index < 0x2000:  # of the communication profile: heartbeats while it is configured
-            bus.queue.append(kit.frame(0x711, b"\x7f"))
-        on_write(index, sub, value)
-
-    bus.devices[17].on_write = write
+    sends_at_writes(bus, 17, range(0x1000, 0x2000), kit.frame(0x711, b"\x7f"))  # while it is configured
     driver.enable()
     driver.cycle()
     assert driver.command((1.0, 1.0)) == (1.0, 1.0)
@@ -181,14 +187,7 @@ def test_a_drive_that_the_driver_makes_pre_operational_has_lost_nothing(kit, rob
 
 def test_a_restart_in_the_middle_of_its_configuration_stops_all(kit, robot):
     driver, bus = robot
-    on_write = bus.devices[17].on_write
-
-    def write(index, sub, value):
-        if index == 0x1016:
-            bus.queue.append(kit.frame(0x711, b"\0"))
-        on_write(index, sub, value)
-
-    bus.devices[17].on_write = write
+    sends_at_writes(bus, 17, {0x1016}, kit.frame(0x711, b"\0"))
     driver.enable()
     driver.cycle()
     with pytest.raises(DrivesStopped, match="while it was configured"):
@@ -197,14 +196,7 @@ def test_a_restart_in_the_middle_of_its_configuration_stops_all(kit, robot):
 
 def test_an_emergency_of_a_drive_that_is_enabled_while_the_next_one_is_not_stops_all(kit, robot):
     driver, bus = robot
-    on_write = bus.devices[18].on_write
-
-    def write(index, sub, value):
-        if index == 0x6060:
-            bus.queue.append(kit.frame(0x091, b"\x10\x81\x11\0\0\0\0\0"))
-        on_write(index, sub, value)
-
-    bus.devices[18].on_write = write
+    sends_at_writes(bus, 18, {0x6060}, kit.frame(0x091, EMERGENCY))
     driver.enable()
     driver.cycle()
     with pytest.raises(DrivesStopped, match="8110h"):
@@ -214,7 +206,7 @@ def test_an_emergency_of_a_drive_that_is_enabled_while_the_next_one_is_not_stops
 def test_an_emergency_of_an_encoder_stops_nothing(kit, robot):
     driver, bus = robot
     driver.enable()
-    bus.queue.append(kit.frame(0x081, b"\x10\x81\x11\0\0\0\0\0"))
+    bus.queue.append(kit.frame(0x081, EMERGENCY))
     driver.cycle()
     assert driver.command((1.0, 1.0)) == (1.0, 1.0)
 
