@@ -42,6 +42,8 @@ STYLE = (
     "& None",
     "& float",
     "& bytes | None",
+    "bytes & bytearray",
+    ", /, ",
     "strict=False",
     "@dataclass",
 )  # only tools or guards read these

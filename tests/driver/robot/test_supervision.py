@@ -44,7 +44,51 @@ def test_three_periods_without_one_are_a_loss(supervision, events):
     supervision.check(11.6)
     supervision.check(11.7)
     assert nodes_in_trouble(supervision) == {1}
-    assert [(event.time, event.what) for event in events.all()] == [(11.6, "heartbeat lost: none for 1.5 s")]
+    assert restarted(supervision) == set()
+    assert [(event.time, event.count, event.what) for event in events.all()] == [
+        (11.6, 1, "heartbeat lost: none for 1.5 s")
+    ]
+
+
+def test_a_heartbeat_that_is_back_is_logged_and_may_be_lost_again(supervision, events):
+    for now in (10.0, 20.0):
+        supervision.heartbeat(1, b"\x05", now)
+        supervision.check(now + 2.0)
+    supervision.heartbeat(1, b"\x05", 30.0)
+    supervision.heartbeat(1, b"\x05", 30.5)
+    counts = {event.what: event.count for event in events.all()}
+    assert counts == {"heartbeat lost: none for 1.5 s": 2, "heartbeat is back": 2}
+
+
+def test_one_node_without_a_heartbeat_does_not_hide_another_one():
+    watched = Supervision([1, 2], EventLog())
+    watched.started(1, None)
+    watched.started(2, 0.5)
+    watched.heartbeat(2, b"\x05", 1.0)
+    watched.check(3.0)
+    assert nodes_in_trouble(watched) == {2}
+
+
+def test_a_loss_and_a_restart_are_faults(supervision, events):
+    faults = []
+    events.listener = lambda _time, node, _what, *, is_fault: faults.append((node, is_fault))
+    supervision.heartbeat(1, b"\x05", 1.0)
+    supervision.check(3.0)
+    supervision.heartbeat(1, b"\x00", 4.0)
+    assert faults == [(1, True), (1, False), (1, True)], "lost, back, restarted"
+
+
+@pytest.mark.parametrize("has_booted", [False, True])
+def test_a_boot_up_while_the_driver_configures_a_node_is_reported_once_it_was_started_again(
+    supervision, has_booted
+):
+    supervision.interrupted(1)
+    for state in (PRE_OPERATIONAL, *([BOOT_UP] if has_booted else []), PRE_OPERATIONAL, PRE_OPERATIONAL):
+        supervision.heartbeat(1, bytes([state]), 1.0)
+    assert not supervision.troubles
+    supervision.started(1, 0.5)
+    supervision.check_boots(1, 2.0)
+    assert restarted(supervision) == ({1} if has_booted else set())
 
 
 def test_a_pause_of_the_bus_is_not_held_against_the_nodes(supervision, events):
@@ -97,6 +141,7 @@ def test_what_is_no_emcy_is_said_to_be_none(supervision):
         ((STOPPED,), 0),
         ((STOPPED, STOPPED), 1),
         ((STOPPED, PRE_OPERATIONAL), 1),
+        ((OPERATIONAL, STOPPED, STOPPED), 1),
         ((OPERATIONAL, STOPPED, STOPPED, STOPPED), 1),
     ],
 )
@@ -113,6 +158,7 @@ def test_a_started_node_restarts_with_a_boot_up_or_two_states_in_a_row_that_are_
     assert restarted(watched) == ({1} if expected else set())
     assert watched.nodes[1].state == heartbeats[-1]
     assert watched.nodes[1].boots == heartbeats.count(BOOT_UP)
+    assert watched.nodes[1].heartbeats == len(heartbeats)
 
 
 def test_a_node_is_watched_again_after_it_was_started_again():
@@ -163,6 +209,7 @@ def test_an_emergency_is_counted_and_put_into_words():
     watched = Supervision([1], events)
     assert watched.emergency(1, b"\x10\x81\x11" + bytes(5), 2.0)
     assert watched.nodes[1].emergencies == 1
+    assert [trouble.emergency for trouble in watched.troubles] == [0x8110]
     assert [event.what for event in events.all()] == [
         "EMCY 8110h: CAN overrun, objects lost (error register 11h)"
     ]
