@@ -219,30 +219,6 @@ def test_a_missing_drive_is_named(robot):
         driver.enable()
 
 
-def test_a_watchdog_that_the_drive_lacks_is_remarked(robot):
-    driver, bus = robot
-    del bus.devices[17].objects[0x1016, 1]
-    report = driver.enable()
-    assert any("watchdog" in remark for remark in report[0].remarks)
-
-
-def test_a_status_word_sent_at_every_change_gets_an_inhibit_time(robot):
-    """Set while the PDO is switched off, as CiA 301 asks for."""
-    driver, bus = robot
-    report = driver.enable()
-    writes = [write for write in bus.devices[17].writes if write[0] == 0x1800]
-    assert writes == [(0x1800, 1, 0x80000191), (0x1800, 3, 200), (0x1800, 1, 0x191)]
-    assert "inhibit time of TPDO1: 0 to 200 x 100 us" in report[0].changed
-
-
-def test_an_inhibit_time_that_cannot_be_set_is_remarked_and_the_status_stays_on(robot):
-    driver, bus = robot
-    bus.devices[17].refuse[0x1800, 3] = 0x06010002
-    report = driver.enable()
-    assert any("inhibit time of TPDO1 stays" in remark for remark in report[0].remarks)
-    assert bus.devices[17].objects[0x1800, 1][0] == 0x191
-
-
 def test_speeds_are_sent_as_counts_with_the_drives_sign(robot):
     driver, bus = robot
     driver.enable()
