@@ -288,7 +288,8 @@ class _Session:
         A log knows no window: an answer after the driver has closed a sample, as after a silence or while the
         drives are enabled, may be in time there. A SYNC of another device makes a sample in a log.
         """
-        full = min((START + at for at, _ in self._full() if START + at > samples[0].time), default=math.inf)
+        begin = self._samples[0].time
+        full = min((START + at for at, _ in self._full() if START + at > begin), default=math.inf)
         rows = np.searchsorted(recording.time, [sample.time - LOG_STEP for sample in samples]).tolist()
         for row, sample in zip(rows, samples, strict=True):
             if row == len(recording.time) or recording.time[row] > sample.time + LOG_STEP:

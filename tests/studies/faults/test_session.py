@@ -113,3 +113,9 @@ def test_a_recording_with_another_count_in_one_sample_breaks_a_law(monkeypatch):
 
     monkeypatch.setattr(session, "load_recording", load_altered)
     assert any("the recording differs" in line for line in run(CLOSE).violations)
+
+
+def test_a_recording_that_begins_when_the_disk_has_space_again_knows_no_restart_from_before():
+    """Its counts differ by what the driver has bridged; its times are those of the samples."""
+    full, restart = Fault("disk full", 0.5, 4.0), Fault("nmt communication", 4.0, node=2)
+    assert run(Script("single", 2, (full, restart), length=7.0)).violations == []
