@@ -17,6 +17,7 @@ from omnimate.vehicle.se2 import Array
 from studies.mismatch.scoring.efficiency import Efficiency
 from studies.mismatch.scoring.score import Bin
 
+BOUND = 5.0  # [sigma] beside which the strength found half of the time is judged
 BINS = 8  # of the injections by their strength
 JITTER = 0.03  # of the axis, by which the marks of single injections are spread
 LEAST_SHARE = -0.2  # recovered share below which marks are drawn at the edge
@@ -45,13 +46,12 @@ def framed(path: Path, size: tuple[float, float], legend_columns: int = 0) -> It
         save(figure, path)
 
 
-def plot_efficiency(efficiency: Efficiency, path: Path, *, bound: float = 5.0, title: str = "") -> None:
+def plot_efficiency(efficiency: Efficiency, path: Path, title: str) -> None:
     """Draw the share of injections that is found, over their strength.
 
     Args:
         efficiency: The injections and the fit.
         path: Path of the file; its suffix gives the format.
-        bound: Strength beside which that found half of the time is judged [sigma].
         title: Title above the figure.
 
     Raises:
@@ -70,7 +70,7 @@ def plot_efficiency(efficiency: Efficiency, path: Path, *, bound: float = 5.0, t
             middle = float(np.exp(np.log(strength[part]).mean()))
             axes.errorbar(middle, share, width, fmt="o", color=BLUE, markersize=5, capsize=2)
         axes.plot(fine, efficiency.at(fine), color=BLUE, label="logistic fit")
-        axes.axvline(bound, color=GREY, linestyle=":", label=f"{bound:g} sigma")
+        axes.axvline(BOUND, color=GREY, linestyle=":", label=f"{BOUND:g} sigma")
         if np.isfinite(efficiency.half):
             label = f"found half of the time: {efficiency.half:.1f} sigma"
             axes.axvline(efficiency.half, color=VERMILLION, linestyle="--", label=label)

@@ -63,10 +63,14 @@ class Parser:
     name: str = "input"
 
 
-def log(path: Path) -> object:
-    from omnimate.files.logs.reading import read_log
+def reader(module: str, name: str) -> Callable[[Path], object]:
+    """Return a parser of the package that is imported when it is called, as the guidance instruments imports."""
 
-    return read_log(path)
+    def read(path: Path) -> object:
+        parse: Callable[[Path], object] = getattr(importlib.import_module(f"omnimate.{module}"), name)
+        return parse(path)
+
+    return read
 
 
 def eds(path: Path) -> object:
@@ -74,42 +78,6 @@ def eds(path: Path) -> object:
     from omnimate.driver.canopen.eds import load_eds
 
     return stated_values(load_eds(path, 5).dictionary)
-
-
-def vehicle(path: Path) -> object:
-    from omnimate.vehicle.file import load_vehicle
-
-    return load_vehicle(path)
-
-
-def run(path: Path) -> object:
-    from omnimate.files.recordings.run_toml import read_run
-
-    return read_run(path)
-
-
-def events(path: Path) -> object:
-    from omnimate.files.recordings.events_jsonl import read_events
-
-    return read_events(path)
-
-
-def poses(path: Path) -> object:
-    from omnimate.files.recordings.poses_csv import read_poses
-
-    return read_poses(path)
-
-
-def factsheet(path: Path) -> object:
-    from omnimate.service.vda5050.factsheet import load_factsheet
-
-    return load_factsheet(path)
-
-
-def dbc(path: Path) -> object:
-    from omnimate.files.logs.dbc_reading import read_dbc
-
-    return read_dbc(path)
 
 
 def zipped(path: Path) -> object:
@@ -218,14 +186,20 @@ def factsheet_seeds() -> list[bytes]:
 
 
 PARSERS = {
-    "log": Parser(log, log_seeds),
+    "log": Parser(reader("files.logs.reading", "read_log"), log_seeds),
     "eds": Parser(eds, text_seeds("eds/encoder.eds", "eds/drive.dcf"), "input.eds"),
-    "vehicle": Parser(vehicle, vehicle_seeds),
-    "run": Parser(run, lambda: [RUN_SEED]),
-    "events": Parser(events, lambda: [b'{"time": 1.5, "node": 5, "what": "lost", "kind": "fault"}\n']),
-    "poses": Parser(poses, lambda: [b"t,body,x,y,theta,sigma_x,sigma_y,sigma_theta\n0.5,a,1.0,2.0,0.1,,,\n"]),
-    "factsheet": Parser(factsheet, factsheet_seeds),
-    "dbc": Parser(dbc, dbc_seeds),
+    "vehicle": Parser(reader("vehicle.file", "load_vehicle"), vehicle_seeds),
+    "run": Parser(reader("files.recordings.run_toml", "read_run"), lambda: [RUN_SEED]),
+    "events": Parser(
+        reader("files.recordings.events_jsonl", "read_events"),
+        lambda: [b'{"time": 1.5, "node": 5, "what": "lost", "kind": "fault"}\n'],
+    ),
+    "poses": Parser(
+        reader("files.recordings.poses_csv", "read_poses"),
+        lambda: [b"t,body,x,y,theta,sigma_x,sigma_y,sigma_theta\n0.5,a,1.0,2.0,0.1,,,\n"],
+    ),
+    "factsheet": Parser(reader("service.vda5050.factsheet", "load_factsheet"), factsheet_seeds),
+    "dbc": Parser(reader("files.logs.dbc_reading", "read_dbc"), dbc_seeds),
     "zip": Parser(zipped, zip_seeds),
     "bag": Parser(bag, bag_seeds, "input.bag"),
     "mcap": Parser(bag, mcap_seeds, "input.mcap"),

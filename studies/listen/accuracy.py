@@ -26,9 +26,9 @@ from omnimate.driver.canopen.mapped_signals import mapped_signals
 from omnimate.files.logs.seen_mapping import seen_objects
 from omnimate.listen.learning import learn_bus
 from studies.benchmark import options
-from studies.listen.buses import Bus, make_bus
-from studies.listen.devices import described, eds_files
-from studies.listen.recorded import Recorded, car, robots
+from studies.listen.buses import make_bus
+from studies.listen.devices import Bus, described, eds_files
+from studies.listen.recorded import car, robots
 from studies.listen.scoring import Score, score_bus, score_meanings
 
 BUSES, SEED = 4, 90_000
@@ -66,9 +66,7 @@ def main() -> int:
     return 0 if all(each.right >= RIGHT and each.sure_and_wrong <= SURE_AND_WRONG for each in wanted) else 1
 
 
-def ask(
-    bus: Bus | Recorded, groups: dict[str, Score], names: tuple[str, ...], meanings: Counter[str]
-) -> None:
+def ask(bus: Bus, groups: dict[str, Score], names: tuple[str, ...], meanings: Counter[str]) -> None:
     """Learn a bus, and add what is right to its groups."""
     seen = seen_objects(bus.frames)
     findings = learn_bus(bus.frames, mapped_signals(seen, {}) if seen else {})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.random import Generator
 
 from omnimate.files.logs.frames import Frame, Frames, frames_of
 from omnimate.vehicle.se2 import Array
-from studies.listen.devices import Pdo, described, eds_files, pdos_of
+from studies.listen.devices import Bus, Pdo, described, eds_files, pdos_of
 from studies.listen.foreign import foreign_messages
 from studies.listen.motion import drive
 from studies.listen.objects import Session, Shaft
@@ -27,30 +26,15 @@ ENCODERS = {
 }
 
 
-@dataclass
-class Bus:
-    """A log and its truth."""
-
-    name: str  # name of the case
-    eds: str  # EDS file that the case is of
-    frames: Frames  # the log
-    pdos: dict[int, Pdo]  # the PDOs by COB-ID
-    nodes: dict[int, str]  # EDS name by node
-    sync: float | None  # period of SYNC [s]; None without
-    boots: bool  # whether the boot-up and the SDO traffic are in the log
-    trucks: int  # number of trucks
-    heartbeats: dict[int, float] = field(default_factory=dict)
-
-
-def make_bus(eds: str, seed: int, path: Path | None = None) -> Bus:
+def make_bus(eds: str, seed: int, path: Path) -> Bus:
     """Return a bus of a robot whose wheels have devices of an EDS file, with others beside them.
 
     Args:
         eds: Name of the EDS file.
         seed: Seed of everything that is drawn.
-        path: The file, where it is none of `eds_files`.
+        path: The file.
     """
-    files = eds_files() | ({} if path is None else {eds: path})
+    files = eds_files() | {eds: path}
     random = np.random.default_rng([seed, *eds.encode()])
     trucks = 1 if random.random() < 0.55 else 2
     motion = drive(random, SECONDS + 2, trucks)
@@ -66,12 +50,12 @@ def make_bus(eds: str, seed: int, path: Path | None = None) -> Bus:
         if random.random() < 0.9:
             shafts[wheel].sign = -1 if mirrored and wheel.endswith("left") else 1
     ids = iter(random.permutation(np.arange(1, 100)).tolist())
-    nodes: dict[int, str] = {}
+    nodes: list[int] = []
     pdos: dict[int, Pdo] = {}
 
     def add(name: str, carried: Sequence[Shaft]) -> None:
         node = next(ids)
-        nodes[node] = name
+        nodes.append(node)
         for pdo in pdos_of(random, files[name], node, carried, session):
             pdos[pdo.cob_id] = pdo
 
@@ -92,8 +76,7 @@ def make_bus(eds: str, seed: int, path: Path | None = None) -> Bus:
     if random.random() < FOREIGN:
         pdos |= {message.cob_id: message for message in foreign_messages(random)}
     has_sync = any(pdo.cause == "sync" for pdo in pdos.values())
-    frames, beats = _frames(random, pdos, nodes, sync if has_sync else None, boots)
-    return Bus(f"{eds}-{seed}", eds, frames, pdos, nodes, sync if has_sync else None, boots, trucks, beats)
+    return Bus(_frames(random, pdos, nodes, sync if has_sync else None, boots), pdos, boots)
 
 
 def _schedule(random: Generator, pdos: dict[int, Pdo], sync: float) -> None:
@@ -110,9 +93,9 @@ def _schedule(random: Generator, pdos: dict[int, Pdo], sync: float) -> None:
 
 
 def _frames(
-    random: Generator, pdos: dict[int, Pdo], nodes: dict[int, str], sync: float | None, boots: bool
-) -> tuple[Frames, dict[int, float]]:
-    """Return the log, and the period of each node's heartbeat [s]."""
+    random: Generator, pdos: dict[int, Pdo], nodes: list[int], sync: float | None, boots: bool
+) -> Frames:
+    """Return the log."""
     rows: list[Frame] = []
     started = 1.8 if boots else 0.0
     syncs = np.arange(0.001, SECONDS, sync) if sync else np.empty(0)
@@ -137,10 +120,8 @@ def _frames(
             if keep[n]:
                 data = word.to_bytes(pdo.length, "big" if pdo.is_big_endian else "little")
                 rows.append(Frame(time, pdo.cob_id, data))
-    beats = {}
     for node in nodes:
         period = float(random.choice([0.1, 0.5, 1.0]))
-        beats[node] = period
         begin = random.uniform(0.05, 0.6)
         if boots:
             rows.append(Frame(begin, 0x700 + node, b"\0"))
@@ -156,7 +137,7 @@ def _frames(
     if random.random() < 0.2:
         rows += [Frame(float(t), 0x100, bytes(6)) for t in np.arange(0.3, SECONDS, 1.0)]
     rows.sort(key=lambda row: row.time)
-    return frames_of(Frame(1.7e9 + row.time, *row[1:]) for row in rows), beats
+    return frames_of(Frame(1.7e9 + row.time, *row[1:]) for row in rows)
 
 
 def _times(random: Generator, pdo: Pdo, syncs: Array, rank: int, started: float) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ from canopen.objectdictionary import ODVariable
 from numpy.random import Generator
 
 from omnimate.driver.canopen.eds import load_eds
+from omnimate.files.logs.frames import Frames
 from studies.listen.objects import TYPES, Raw, Session, Shaft, values_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -74,6 +75,15 @@ class Pdo:
     @property
     def is_big_endian(self) -> bool:
         return bool(self.fields) and self.fields[0].is_big_endian
+
+
+@dataclass
+class Bus:
+    """A log and its truth."""
+
+    frames: Frames  # the log
+    pdos: dict[int, Pdo]  # the PDOs by COB-ID
+    boots: bool = False  # whether the boot-up and the SDO traffic are in the log
 
 
 Plan = tuple[bool, int, list[Entry]]  # of a PDO: whether the node receives it, its number, what it carries

@@ -7,13 +7,12 @@ big-endian. Trailing bytes that its log lost do not matter to them.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from omnimate.files.logs.frames import Frames
 from omnimate.files.logs.reading import read_log
 from omnimate.vehicle.file import load_vehicle
-from studies.listen.devices import ROOT, FieldTruth, Pdo
+from studies.listen.devices import ROOT, Bus, FieldTruth, Pdo
 
 DATA = ROOT.parent / "shared" / "data"
 MINUTE = 60.0
@@ -25,17 +24,7 @@ CAR = (
 )  # fmt: skip
 
 
-@dataclass
-class Recorded:
-    """A log and what is known of it."""
-
-    name: str
-    frames: Frames
-    pdos: dict[int, Pdo]
-    boots: bool = False
-
-
-def robots() -> Iterator[Recorded]:
+def robots() -> Iterator[Bus]:
     """Yield the first minute of each robot's log."""
     for path in sorted(DATA.glob("concealed*/*/1")):
         vehicle = load_vehicle(path / "vehicle.toml")
@@ -49,10 +38,10 @@ def robots() -> Iterator[Recorded]:
                 abs(1.0 / each.scale), (0x6004, 0),
             )  # fmt: skip
             pdo.fields.append(truth)
-        yield Recorded(path.parent.name, _minute(path / "can.log"), pdos)
+        yield Bus(_minute(path / "can.log"), pdos)
 
 
-def car() -> Recorded:
+def car() -> Bus:
     """Return the car's log, of the 10 signals that its public description names for motion."""
     pdos: dict[int, Pdo] = {}
     for can_id, start, bits, signed in CAR:
@@ -62,7 +51,7 @@ def car() -> Recorded:
         truth = FieldTruth(highest - bits + 1, bits, signed, "number", "", 1, 0.0, (0, 0), is_big_endian=True)
         pdo.fields.append(truth)
     path = DATA / "real" / "comma2k19_rav4" / "can_bus0.candump.log.gz"
-    return Recorded("RAV4", _minute(path), pdos)
+    return Bus(_minute(path), pdos)
 
 
 def _minute(path: Path) -> Frames:

@@ -13,9 +13,7 @@ from numpy.typing import NDArray
 
 from omnimate.listen.learning import Findings
 from omnimate.listen.signals import SURE_PROBABILITY, LearnedSignal
-from studies.listen.buses import Bus
-from studies.listen.devices import FieldTruth
-from studies.listen.recorded import Recorded
+from studies.listen.devices import Bus, FieldTruth
 
 Words = NDArray[np.uint64]
 
@@ -66,7 +64,7 @@ class Score:
         )
 
 
-def score_bus(bus: Bus | Recorded, findings: Findings, *, foreign: bool = False) -> Score:
+def score_bus(bus: Bus, findings: Findings, *, foreign: bool = False) -> Score:
     """Return how many signals of a bus are right, of nodes or of others."""
     score = Score()
     learned = {each.message.can_id: each for each in findings.messages}
@@ -143,7 +141,7 @@ def reads_the_same(signal: LearnedSignal, column: Words) -> bool:
     return len(signal.raw) == len(column) and bool(np.all(signal.raw == column))
 
 
-def score_meanings(bus: Bus | Recorded, findings: Findings) -> Iterator[str]:
+def score_meanings(bus: Bus, findings: Findings) -> Iterator[str]:
     """Yield what was said of the wheels, trucks, joints and speeds of a robot."""
     truth = {(pdo.cob_id, each.start): each for pdo in bus.pdos.values() for each in pdo.fields}
 
@@ -231,7 +229,7 @@ def _score_speeds(findings: Findings, of: Callable[[LearnedSignal], FieldTruth |
                 yield "speeds: wrong"
 
 
-def _score_sending(bus: Bus | Recorded, findings: Findings) -> Iterator[str]:
+def _score_sending(bus: Bus, findings: Findings) -> Iterator[str]:
     for each in findings.messages:
         pdo = bus.pdos.get(each.message.can_id)
         if pdo is not None and pdo.cause != "unknown" and each.sending.cause != "cannot tell":

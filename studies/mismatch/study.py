@@ -117,7 +117,7 @@ def _draw(scores: Sequence[Score], asked: Sequence[tuple[Corpus, Answers]], figu
             _draw_open_loop(corpus, answers, figures / f"{corpus.world.name}.png")
         if "injected" in kinds:
             found = efficiency(corpus.labels, beyond_twins(corpus.labels, answers))
-            plot_efficiency(found, figures / f"{corpus.world.name}.png", title=corpus.world.title)
+            plot_efficiency(found, figures / f"{corpus.world.name}.png", corpus.world.title)
 
 
 def _draw_open_loop(corpus: Corpus, answers: Answers, path: Path) -> None:

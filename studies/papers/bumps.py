@@ -17,6 +17,8 @@ from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.se2 import Array
 from studies.papers.robots import fine
 
+_CROSSING = 0.02  # [m] over which the loss is spread
+
 
 @dataclass(frozen=True, slots=True)
 class BumpDrive:
@@ -32,21 +34,17 @@ def bump_drive(
     vehicle: VehicleParameters,
     lost: float,
     *,
-    wheel: Channel = "a.right",
     speed: float = 0.5,
     before: float = 0.5,
-    crossing: float = 0.02,
     after: float = 2.0,
 ) -> BumpDrive:
-    """Return a straight drive in line over one bump, everything else being perfect.
+    """Return a straight drive in line over one bump under truck a's right wheel, all else being perfect.
 
     Args:
         vehicle: Robot with two trucks; its encoders' resolution and its SYNC period are used.
         lost: Travel that the wheel loses on the bump [m].
-        wheel: Channel of the wheel that meets the bump.
         speed: Speed of the wheels [m/s].
         before: Travel before the bump [m].
-        crossing: Travel over which the loss is spread [m].
         after: Travel after the bump [m].
 
     Raises:
@@ -55,9 +53,9 @@ def bump_drive(
     if vehicle.linkage is None:
         raise NoLinkageError(vehicle.name)
     step = speed * vehicle.bus.sync_period
-    way: Array = step * np.arange(math.ceil((before + crossing + after) / step) + 1, dtype=np.float64)
+    way: Array = step * np.arange(math.ceil((before + _CROSSING + after) / step) + 1, dtype=np.float64)
     travel = np.repeat(way[:, None], 4, axis=1)
-    travel[:, WHEELS.index(wheel)] -= lost * np.clip((way - before) / crossing, 0.0, 1.0)
+    travel[:, WHEELS.index("a.right")] -= lost * np.clip((way - before) / _CROSSING, 0.0, 1.0)
     steps = np.diff(travel, axis=0)
     pose_a = integrate(arc(steps[:, 0], steps[:, 1], vehicle.trucks["a"].wheelbase))
     behind = (-vehicle.linkage.length, 0.0, 0.0)
@@ -109,6 +107,7 @@ def bump_errors(lost: float, wheelbase: float, interval: float, link_length: flo
 LOST = chord_loss(0.075, 0.010)  # [m] C Table I
 SPEED, PERIOD, LINK = 0.5, 0.040, 1.0  # [m/s], [s], [m] C 3.1
 _BEFORE = 0.5  # [m]
+_INTERVALS = 15  # that are shown after the bump
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,13 +120,13 @@ class Growth:
     printed: BumpErrors  # errors by the paper's formulas, C (4)-(8)
 
 
-def bump_growth(intervals: int = 15) -> Growth:
+def bump_growth() -> Growth:
     """Return what one 10 mm bump under truck a's right wheel does, all else being perfect."""
     robot = fine()
     robot = replace(robot, bus=replace(robot.bus, sync_period=PERIOD))
     drive = bump_drive(robot, LOST, speed=SPEED, before=_BEFORE)
     met = int(np.searchsorted(drive.way, _BEFORE - 1e-9))
-    shown = slice(met, met + intervals + 1)
+    shown = slice(met, met + _INTERVALS + 1)
     start = drive.pose_a[0]
     plain = correct(drive.recording, start, method="plain")
     ipec = correct(drive.recording, start, method="clapper")

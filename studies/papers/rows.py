@@ -52,18 +52,18 @@ def judged(*, good: bool, verdict: Verdict = "agrees", otherwise: Verdict = "dif
     return verdict if good else otherwise
 
 
-def at_most(paper: str, place: str, what: str, target: float, values: Array, digits: int = 1) -> Row:
+def at_most(paper: str, place: str, what: str, target: float, values: Array, digits: int) -> Row:
     """Return the row of values `(n,)` whose mean must surely lie below a printed one."""
     low, high = interval(values)
     verdict: Verdict = "agrees" if high <= target else "missed" if low > target else "unsure"
     return drawn(paper, place, what, f"< {target:g}", values, verdict, digits)
 
 
-def at_least(paper: str, place: str, what: str, target: float, values: Array, digits: int = 1) -> Row:
+def at_least(paper: str, place: str, what: str, target: float, values: Array) -> Row:
     """Return the row of values `(n,)` whose mean must surely lie above a printed one."""
     low, high = interval(values)
     verdict: Verdict = "agrees" if low >= target else "missed" if high < target else "unsure"
-    return drawn(paper, place, what, f"> {target:g}", values, verdict, digits)
+    return drawn(paper, place, what, f"> {target:g}", values, verdict)
 
 
 def interval(values: Array) -> tuple[float, float]:
