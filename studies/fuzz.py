@@ -64,7 +64,7 @@ class Parser:
 
 
 def reader(module: str, name: str) -> Callable[[Path], object]:
-    """Return a parser of the package that is imported when it is called, as the guidance instruments imports."""
+    """Return a parser of the package that is imported when it is called."""
 
     def read(path: Path) -> object:
         parse: Callable[[Path], object] = getattr(importlib.import_module(f"omnimate.{module}"), name)

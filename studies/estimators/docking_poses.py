@@ -27,7 +27,7 @@ from omnimate.calib.paths.least_squares import SPACING, PathCalibration, calibra
 from omnimate.calib.paths.reference import dead_reckoned
 from omnimate.fleet.segments import cut_segments
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
-from omnimate.vehicle.recording import Poses, Recording
+from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.se2 import Array
 from studies.benchmark import options
 from studies.datasets.optiodom.drives import DriveSet, read_set
@@ -86,11 +86,8 @@ def with_docks(recording: Recording, mean: Kinematics, between: Spread) -> Kinem
     """Return the robot by the first and the last pose of a drive, with the sets as the prior."""
     assert isinstance(mean, Differential)  # as all sets of this robot are
     assert recording.poses is not None
-    at, body, pose, sigma = (
-        getattr(recording.poses, name)[[0, -1]] for name in ("time", "body", "pose", "sigma")
-    )
     vehicle = recording.vehicle.with_truck("a", mean.truck)
-    cut = cut_segments(replace(recording, vehicle=vehicle, poses=Poses(at, body, pose, sigma)))
+    cut = cut_segments(replace(recording, vehicle=vehicle, poses=recording.poses.select(np.array([0, -1]))))
     assert cut is not None
     way = cut[0]
     slope = way.jacobian[0] @ BY_COORDINATES

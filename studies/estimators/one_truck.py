@@ -41,12 +41,13 @@ def thinned(recording: Recording, period: float, wild: float, chance: np.random.
     fixes = fixes_of(recording)
     numbers = np.floor((fixes.time - fixes.time[0]) / period)
     chosen = np.flatnonzero(np.diff(numbers, prepend=-1.0))
-    pose = fixes.pose[chosen].copy()
+    thin = fixes.select(chosen)
+    pose = thin.pose.copy()
     moved = chance.random(len(pose)) < wild
     moved[0] = False
     angle = chance.uniform(0.0, 2.0 * math.pi, len(pose))
     pose[moved, :2] += JUMP * np.column_stack([np.cos(angle), np.sin(angle)])[moved]
-    return Poses(fixes.time[chosen], fixes.body[chosen], pose, fixes.sigma[chosen])
+    return replace(thin, pose=pose)
 
 
 def restarted(recording: Recording, fixes: Poses) -> Array:

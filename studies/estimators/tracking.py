@@ -71,8 +71,8 @@ def judge_of(recording: Recording) -> Judge:
     """Return what judges a recording; the poses before it moves are averaged."""
     assert recording.poses is not None
     poses = recording.poses.of("a")
-    known = np.isfinite(poses.pose).all(axis=1)
-    time, pose, sigma = poses.time[known], poses.pose[known], poses.sigma[known]
+    poses = poses.select(np.isfinite(poses.pose).all(axis=1))
+    time, pose, sigma = poses.time, poses.pose, poses.sigma
     wheels = [recording.wheel_angle(wheel) for wheel in ("a.left", "a.right")]
     rolled = (
         sum(np.abs(angle - angle[0]) for angle in wheels) * recording.vehicle.trucks["a"].wheel_diameter_left

@@ -12,6 +12,7 @@ import shutil
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -142,23 +143,20 @@ def _write_mujoco(at: Path, seed: int, number: int, fault: str) -> dict[str, Any
     return {**make(at, seed * 1000 + number, 0, exact, fault), "name": fault}
 
 
-def _write_bullet(at: Path, seed: int, number: int, _content: None) -> dict[str, Any]:
-    from studies.mismatch.engines.bullet.cases import make
-
-    return make(at, seed, number, EXACT)
-
-
-def _write_wide(at: Path, seed: int, number: int, _content: None) -> dict[str, Any]:
-    from studies.mismatch.engines.wide.cases import make
-
-    return make(at, seed, number, EXACT)
+def _write_drawn(engine: str, at: Path, seed: int, number: int, _content: None) -> dict[str, Any]:
+    """Write a case that depends on seed and number alone."""
+    label: dict[str, Any] = import_module(f"studies.mismatch.engines.{engine}.cases").make(
+        at, seed, number, EXACT
+    )
+    return label
 
 
 WORLDS = {
     "engine": World(_engine_cases, _write_engine, "."),
     "mujoco": World(_mujoco_cases, _write_mujoco),
-    "bullet": World(partial(dict.items, dict.fromkeys(range(2, 62, 5))), _write_bullet),  # the linked pairs
-    "wide": World(partial(enumerate, (None,) * 24), _write_wide),
+    # of PyBullet the linked pairs
+    "bullet": World(lambda: ((number, None) for number in range(2, 62, 5)), partial(_write_drawn, "bullet")),
+    "wide": World(lambda: ((number, None) for number in range(24)), partial(_write_drawn, "wide")),
 }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -146,10 +146,6 @@ class Injection:
         """All parameters by name, in SI units."""
         return VOCABULARY[self.effect].sized(self.size, self.more)
 
-    def of_size(self, size: float) -> Injection:
-        """Return the same effect in another size."""
-        return Injection(self.effect, self.component, size, self.more)
-
     def into(self, drives: Sequence[Drive]) -> list[Drive]:
         """Return drives as a robot with the effect would have recorded them."""
         return [altered(drive, self.effect, self.component, self.parameters) for drive in drives]
@@ -189,7 +185,7 @@ def draw(drives: Sequence[Drive], ruler: Ruler, chance: Generator) -> Strong | N
             strength = strength_of(injection, drives, ruler)
             if strength == 0.0 or abs(injection.size) * wanted / strength > LARGEST[effect]:
                 break
-            injection = injection.of_size(injection.size * wanted / strength)
+            injection = replace(injection, size=injection.size * wanted / strength)
         else:
             strength = strength_of(injection, drives, ruler)
             change = ruler.change(injection.into(drives))
@@ -207,11 +203,7 @@ def strength_of(injection: Injection, drives: Sequence[Drive], ruler: Ruler) -> 
     beside = ruler.nuisances(drives, injection.effect, injection.component)
     if injection.effect in WAVES:
         turned = {**injection.more, "phase": injection.more["phase"] + 0.5 * math.pi}
-        beside.append(
-            ruler.change(
-                Injection(injection.effect, injection.component, injection.size, turned).into(drives)
-            )
-        )
+        beside.append(ruler.change(replace(injection, more=turned).into(drives)))
     return left_of(ruler.change(injection.into(drives)), beside)
 
 

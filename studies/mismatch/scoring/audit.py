@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from omnimate.vehicle.linkage import linkage_of
+from omnimate.vehicle.se2 import wrap
 from studies.mismatch.engines.cases import seed_of
 from studies.mismatch.engines.scene import Case, scene
 from studies.mismatch.engines.vocabulary import Array
@@ -107,10 +109,9 @@ def _missed(robot: Robot, log: Log, poses: str) -> Array:
     missed = []
     if robot.trucks == 2:
         reckoned[:, 1, 0] -= robot.length
-        gap = reckoned[:, 0, :2] - reckoned[:, 1, :2]
-        turned = view.reading[:, :2] - (reckoned[:, :, 2] - np.arctan2(gap[:, 1], gap[:, 0])[:, None])
-        wrapped = (turned + np.pi) % (2.0 * np.pi) - np.pi
-        missed = [*wrapped.T, view.reading[:, 2] - np.hypot(gap[:, 0], gap[:, 1])]
+        joint_a, joint_b, length = linkage_of(reckoned[:, 0], reckoned[:, 1])
+        turned = (wrap(view.reading[:, at] - joint) for at, joint in enumerate((joint_a, joint_b)))
+        missed = [*turned, view.reading[:, 2] - length]
     for truck in range({"none": 0, "sonar": 1}.get(poses, robot.trucks)):
         missed += list((log.poses[:, truck] - reckoned[:, truck]).T)
     return np.stack(missed, axis=1)

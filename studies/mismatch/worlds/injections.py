@@ -18,12 +18,12 @@ from omnimate.calib.paths.least_squares import calibrate_truck
 from omnimate.files.recordings.folder import save_recording
 from omnimate.vehicle.parameters import Channel
 from omnimate.vehicle.recording import Recording
-from studies.datasets.optiodom.recordings import differential_sets, recordings_of
+from studies.datasets.optiodom.recordings import recordings_of
 from studies.mismatch.engines.rivals import draw
 from studies.mismatch.engines.strength import Drive, Poses, Ruler
 from studies.mismatch.run import Report
-from studies.mismatch.worlds.optiodom import in_sequence
-from studies.mismatch.worlds.world import AbsentError, Label, Request, write_all
+from studies.mismatch.worlds.optiodom import in_sequence, optiodom_sets
+from studies.mismatch.worlds.world import Label, Request, write_all
 
 MOST_RUNS = 6  # of a case
 _WHEELS: tuple[Channel, Channel] = ("a.left", "a.right")
@@ -34,10 +34,7 @@ def write_injections(
     data: Path, folder: Path, request: Request, jobs: int, report: Report
 ) -> Mapping[str, Label]:
     """Write injected cases and their twins; `data` is the folder of the real recordings."""
-    root = data / "real" / "optiodom"
-    if not root.is_dir():
-        raise AbsentError(f"{root} is not there: injections are left out")
-    sets = sorted(differential_sets(root)[0])
+    sets = optiodom_sets(data, "injections are")
     count = request.cases or (QUICK if request.quick else WHOLE)
     wanted = {f"injected-{number:04d}": (sets, request.seed, number) for number in range(count)}
     pairs = write_all(write_pair, wanted, folder, jobs, report)
@@ -93,8 +90,8 @@ def drive_of(recording: Recording) -> Drive:
     """Return what injections see of a recording of a single truck with poses."""
     assert recording.poses is not None  # sets without poses are no source of injections
     poses, vehicle = recording.poses.of("a"), recording.vehicle
-    known = np.isfinite(poses.pose).all(axis=1)
-    pose = poses.pose[known].copy()
+    known = poses.select(np.isfinite(poses.pose).all(axis=1))
+    pose = known.pose.copy()
     pose[:, 2] = np.unwrap(pose[:, 2])
     counts = np.stack([recording.channel_counts(side) for side in _WHEELS], axis=1)
     scale = np.array([vehicle.metres_per_count(side) for side in _WHEELS])
@@ -106,7 +103,7 @@ def drive_of(recording: Recording) -> Drive:
         np.array([vehicle.trucks["a"].wheelbase]),
         np.zeros((len(recording), 0)),
         0.0,
-        {0: Poses(poses.time[known], pose)},
+        {0: Poses(known.time, pose)},
     )
 
 
@@ -121,15 +118,7 @@ def with_drive(recording: Recording, drive: Drive) -> Recording:
     for wheel, side in enumerate(_WHEELS):
         column = vehicle.channels.index(side)
         counts[:, column] = np.rint(drive.way[:, wheel] / vehicle.metres_per_count(side)).astype(np.int64)
-    known = np.isfinite(poses.pose).all(axis=1)
-    stamps = drive.poses[0].time
-    inside = stamps <= recording.time[-1]
-    rows = np.flatnonzero(known)[inside]
-    measured = replace(
-        poses,
-        time=stamps[inside],
-        body=poses.body[rows],
-        pose=poses.pose[rows],
-        sigma=poses.sigma[rows],
-    )
+    known = poses.select(np.isfinite(poses.pose).all(axis=1))
+    stamped = replace(known, time=drive.poses[0].time)
+    measured = stamped.select(stamped.time <= recording.time[-1])
     return replace(recording, counts=counts, poses=measured)

@@ -36,6 +36,18 @@ from studies.mismatch.worlds.world import AbsentError, Label, Request
 START, PAUSE = 1_593_000_000.0, 60.0  # [s] the clock of the first run, and from one run to the next
 
 
+def optiodom_sets(data: Path, missing: str) -> list[Path]:
+    """Return the sets of the differential robot among the real recordings.
+
+    Raises:
+        AbsentError: They are not there; `missing` says what is left out.
+    """
+    root = data / "real" / "optiodom"
+    if not root.is_dir():
+        raise AbsentError(f"{root} is not there: {missing} left out")
+    return sorted(optiodom.differential_sets(root)[0])
+
+
 def in_sequence(recordings: Sequence[Recording]) -> list[Recording]:
     """Return recordings one after the other on one clock, as a robot records that stays switched on."""
     moved, start = [], START
@@ -78,14 +90,7 @@ def _part(recording: Recording, rows: slice) -> Recording:
     time, poses, driven = recording.time[rows], recording.poses, recording.run
     start, end = float(time[0]), float(time[-1])
     if poses is not None:
-        inside = (poses.time >= start) & (poses.time <= end)
-        poses = replace(
-            poses,
-            time=poses.time[inside],
-            body=poses.body[inside],
-            pose=poses.pose[inside],
-            sigma=poses.sigma[inside],
-        )
+        poses = poses.select((poses.time >= start) & (poses.time <= end))
     if driven is not None:
         laps = (
             replace(lap, start=max(lap.start, start), end=min(lap.end, end))
@@ -184,10 +189,7 @@ def write_optiodom(
     data: Path, folder: Path, request: Request, _jobs: int, report: Report
 ) -> Mapping[str, Label]:
     """Write each half of each differential set as a case; `data` is the folder of the real recordings."""
-    root = data / "real" / "optiodom"
-    if not root.is_dir():
-        raise AbsentError(f"{root} is not there: optiodom is left out")
-    sets = sorted(optiodom.differential_sets(root)[0])
+    sets = optiodom_sets(data, "optiodom is")
     most = request.cases or (QUICK if request.quick else 2 * len(sets))
     labels = {}
     for place in sets[: -(-most // 2)]:

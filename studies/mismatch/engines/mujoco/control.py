@@ -7,7 +7,7 @@ the encoders and the nominal robot. It knows no true pose.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +33,7 @@ class Program:
     def first(self, laps: int) -> Program:
         """Return the program up to the end of its first laps."""
         end = self.laps[laps - 1][2]
-        return Program(
-            self.protocol, self.side, self.v[:end], self.w[:end], self.leader[:end], self.laps[:laps]
-        )
+        return replace(self, v=self.v[:end], w=self.w[:end], leader=self.leader[:end], laps=self.laps[:laps])
 
 
 class Pace:
@@ -110,8 +108,7 @@ def shuttle(pace: Pace, way: float, laps: int) -> Program:
     out, back = pace.stretch(way), pace.stretch(-way)
     rows = np.concatenate([out, pace.rest(0.5), back])
     program = _program("straight", None, pace, [("none", rows)] * laps)
-    leader = np.where(program.v < 0, "b", "a")
-    return Program("straight", None, program.v, program.w, leader, program.laps)
+    return replace(program, leader=np.where(program.v < 0, "b", "a"))
 
 
 def _word(sign: int) -> str:
