@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from docs.generate.rooms import imported_rooms
+from docs.generate.tables import imported_rooms
 from omnimate.effects import EFFECTS
 
 ROOT = Path(__file__).resolve().parents[1]
