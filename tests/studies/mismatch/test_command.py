@@ -6,6 +6,7 @@ from functools import partial
 import pytest
 
 from studies.mismatch.engines.cases import cases, make
+from tests.studies.mismatch.answers import effect, label, write_healthy_set
 
 ANSWER = {"verdict": "agreement", "findings": [], "fit": None}
 KINDS = ("concealed", "concealed2", "contact")
@@ -18,7 +19,10 @@ def asked(monkeypatch):
 
     def answers(ask, wanted, _jobs, _tell, _kept=None):
         if isinstance(ask, partial) and ask.args == (make,):
-            return {name: label(case) for name, (_, case, _) in wanted.items()}
+            return {
+                name: label(case.kind, *(effect(*each) for each in case.effects))
+                for name, (_, case, _) in wanted.items()
+            }
         questions.append(list(wanted))
         return dict.fromkeys(wanted, ANSWER)
 
@@ -26,23 +30,11 @@ def asked(monkeypatch):
     return questions
 
 
-def label(case):
-    effects = [
-        {"effect": effect, "component": component, "intervals": [], "parameters": {}, "acceptable": []}
-        for effect, component in case.effects
-    ]
-    return {"kind": case.kind, "effects": effects, "recordings": ["1"]}
-
-
 @pytest.fixture
 def data(tmp_path):
     """Return a folder with three labelled sets."""
     for number, kind in enumerate(KINDS, start=1):
-        folder = tmp_path / "data" / kind
-        folder.mkdir(parents=True)
-        healthy = {"kind": "null", "effects": [], "recordings": ["1"]}
-        labels = {f"{kind}-{case}": healthy for case in range(number)}
-        (folder / "labels.json").write_text(json.dumps(labels))
+        write_healthy_set(tmp_path / "data" / kind, number)
     return tmp_path / "data"
 
 

@@ -1,19 +1,11 @@
 """`python -m studies rules`: the rules of the diagnosis are left out, one at a time."""
 
-import json
 from unittest.mock import patch
 
 import pytest
 
 from studies.mismatch.rules import RULES, WHOLE, table
-
-RIGHT = {"effect": "bump", "component": "a.left", "probability": 0.95, "alternatives": []}
-WRONG = {"effect": "latency", "component": "link", "probability": 0.95, "alternatives": []}
-TRUTH = {"effect": "bump", "component": "a.left", "acceptable": [], "intervals": [], "parameters": {}}
-
-
-def answer(*findings):
-    return {"verdict": "mismatch", "findings": list(findings), "fit": None}
+from tests.studies.mismatch.answers import answer, effect, finding, label, write_healthy_set
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -23,9 +15,11 @@ def test_every_rule_has_a_place_in_the_method(rule):
 
 
 def test_a_rule_is_judged_by_the_answers_that_change_without_it():
-    labels = {name: {"kind": "single", "effects": [TRUTH]} for name in ("first", "second")}
-    whole = dict.fromkeys(labels, answer(RIGHT))
-    shown = table(labels, {WHOLE: whole, "trains of obstacles": {**whole, "second": answer(WRONG)}})
+    labels = {name: label("single", effect("bump", "a.left")) for name in ("first", "second")}
+    whole = dict.fromkeys(labels, answer(finding("bump", "a.left")))
+    shown = table(
+        labels, {WHOLE: whole, "trains of obstacles": {**whole, "second": answer(finding("latency", "link"))}}
+    )
     cells = {column.header: list(column.cells) for column in shown.columns}
     assert cells["other names"] == ["0", "1"]
     assert cells["one effect: right first"] == ["2/2", "1/2"]
@@ -39,10 +33,7 @@ def test_a_rule_is_left_out_where_it_decides_and_nowhere_else(studies, tmp_path,
         asked.extend(rule for rule, _ in wanted.values())
         return dict.fromkeys(wanted, answer())
 
-    folder = tmp_path / "data" / "concealed"
-    folder.mkdir(parents=True)
-    healthy = {"kind": "null", "effects": [], "recordings": ["1"]}
-    (folder / "labels.json").write_text(json.dumps({"one": healthy, "two": healthy}))
+    write_healthy_set(tmp_path / "data" / "concealed", 2)
     monkeypatch.setattr("studies.mismatch.run.ask_all", answers)
     rule = "overdispersion"
     place = "--data", tmp_path / "data", "--out", tmp_path / "out"

@@ -8,8 +8,9 @@ from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.errors import OmnimateError
 from studies.mismatch.worlds.registry import chosen, worlds
 from studies.mismatch.worlds.world import AbsentError, Request, WrittenWorld, drawn
+from tests.studies.mismatch.answers import label
 
-LABELS = {f"case-{number}": {"kind": "null", "recordings": ["1"], "effects": []} for number in range(10)}
+LABELS = {f"case-{number}": label("null") for number in range(10)}
 
 
 @contextmanager

@@ -5,30 +5,20 @@ import pytest
 from studies.mismatch.engines.cases import Case, cases
 from studies.mismatch.engines.scene import scene
 from studies.mismatch.scoring.audit import audited, questions
+from tests.studies.mismatch.answers import answer, effect, finding, label
 
 SEED = 5
-STEPPED = {"effect": "radius_step", "component": "b.right"}
 
 
 def case(effect, component, poses="none"):
     return Case("single", ((effect, component),), "squares", poses)
 
 
-def finding(effect, component, intervals=(), probability=0.99, **values):
-    return {
-        "effect": effect,
-        "component": component,
-        "probability": probability,
-        "parameters": {name: {"value": value} for name, value in values.items()},
-        "where": {"intervals": intervals},
-    }
-
-
-def question(concealed, *findings):
-    effect, component = concealed.effects[0]
-    label = {"kind": "single", "effects": [{"effect": effect, "component": component}]}
-    (asked,) = questions({"own-0000": label}, {"own-0000": {"findings": findings}}, [concealed], SEED)
-    return asked
+def asked(concealed, *findings, number=0, cases=None):
+    """Return what is to be audited of an answer about a case that conceals one effect."""
+    labels = {f"own-{number:04d}": label("single", effect(*concealed.effects[0]))}
+    answers = dict.fromkeys(labels, answer(*findings))
+    return questions(labels, answers, cases or [concealed], SEED)
 
 
 @pytest.mark.slow
@@ -36,7 +26,8 @@ def test_the_truth_by_another_name_leaves_nothing():
     concealed = case("link_bias", "link", poses="mocap")
     bias = scene(concealed, 10_000 * SEED).faults[0]["bias"]
     nothing = finding("joint_bias", "joint_a", bias=0.0)
-    audit = audited(question(concealed, nothing, finding("link_bias", "link", bias=bias)))
+    (question,) = asked(concealed, nothing, finding("link_bias", "link", bias=bias))
+    audit = audited(question)
     assert audit.left == pytest.approx(0.0, abs=1e-9)
     assert audit.truth_alone > 0.0
     assert audit.reported == "joint_bias joint_a + link_bias link"
@@ -44,14 +35,16 @@ def test_the_truth_by_another_name_leaves_nothing():
 
 @pytest.mark.slow
 def test_a_name_that_does_something_else_leaves_more_than_it_takes():
-    audit = audited(question(case("wheel_diameter", "a.left"), finding("wheelbase", "b", ratio=1.03)))
+    (question,) = asked(case("wheel_diameter", "a.left"), finding("wheelbase", "b", ratio=1.03))
+    audit = audited(question)
     assert not audit.right
     assert audit.left > audit.truth_alone > 2.0
 
 
 @pytest.mark.slow
 def test_a_name_of_no_size_leaves_all_that_the_truth_does():
-    audit = audited(question(case("turn_scrub", "a"), finding("wheelbase", "a", ratio=1.0)))
+    (question,) = asked(case("turn_scrub", "a"), finding("wheelbase", "a", ratio=1.0))
+    audit = audited(question)
     assert audit.left == audit.truth_alone > 1.0
 
 
@@ -67,19 +60,12 @@ def test_a_name_of_no_size_leaves_all_that_the_truth_does():
     ],
 )
 def test_only_other_names_that_the_engine_can_drive_are_asked_about(findings, count):
-    label = {"own-0000": {"kind": "single", "effects": [STEPPED]}}
-    answers = {"own-0000": {"findings": findings}}
-    assert len(questions(label, answers, [case("radius_step", "b.right")], SEED)) == count
+    assert len(asked(case("radius_step", "b.right"), *findings)) == count
 
 
 def test_numbers_of_cases_are_those_of_the_corpus():
     whole = cases(quick=False)
     number = next(at for at, case in enumerate(whole) if case.kind == "single")
-    effect, component = whole[number].effects[0]
-    label = {"kind": "single", "effects": [{"effect": effect, "component": component}]}
-    findings = [finding("wheelbase", "b", ratio=1.01)]
-    (asked,) = questions(
-        {f"own-{number:04d}": label}, {f"own-{number:04d}": {"findings": findings}}, whole, SEED
-    )
-    assert asked.case is whole[number]
-    assert asked.seed == 10_000 * SEED + number
+    (question,) = asked(whole[number], finding("wheelbase", "b", ratio=1.01), number=number, cases=whole)
+    assert question.case is whole[number]
+    assert question.seed == 10_000 * SEED + number

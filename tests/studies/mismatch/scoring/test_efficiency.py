@@ -8,24 +8,13 @@ import pytest
 from studies.mismatch.scoring.efficiency import efficiency
 from studies.mismatch.scoring.judging import beyond_twins, is_found
 from studies.mismatch.scoring.score import rows
+from tests.studies.mismatch.answers import answer, effect, finding, label
 
-TRUTH = {"effect": "wheelbase", "component": "a", "intervals": [], "parameters": {}, "acceptable": []}
-
-
-def finding(effect="wheelbase", probability=0.95, alternatives=()):
-    others = [{"effect": other, "component": "a", "probability": chance} for other, chance in alternatives]
-    return {
-        "effect": effect, "component": "a", "probability": probability, "alternatives": others,
-        "where": {"intervals": []}, "parameters": {},
-    }  # fmt: skip
+TWIN = label("null")
 
 
-def answer(*findings):
-    return {"findings": list(findings), "fit": None}
-
-
-def injected(strength=12.0, **more):
-    return {"kind": "injected", "effects": [TRUTH], "strength": strength, **more}
+def injected(strength=12.0, acceptable=(), **more):
+    return label("injected", effect(acceptable=acceptable), strength=strength, **more)
 
 
 def test_the_strength_found_half_of_the_time_is_that_of_the_law_by_which_they_were_found():
@@ -45,14 +34,14 @@ def test_a_tool_that_finds_nothing_finds_no_strength_half_of_the_time():
 
 
 def test_a_set_that_the_drive_cannot_tell_apart_is_found_where_it_is_asserted_as_a_whole():
-    both = finding("turn_scrub", 0.45, [("wheelbase", 0.4)])
+    both = finding("turn_scrub", "a", 0.45, [("wheelbase", 0.4)])
     assert is_found(injected(), answer(both))
-    assert not is_found(injected(), answer(finding("turn_scrub", 0.25, [("wheelbase", 0.2)])))
-    assert not is_found(injected(), answer(finding("turn_scrub", 0.96, [("wheelbase", 0.01)])))
+    assert not is_found(injected(), answer(finding("turn_scrub", "a", 0.25, [("wheelbase", 0.2)])))
+    assert not is_found(injected(), answer(finding("turn_scrub", "a", 0.96, [("wheelbase", 0.01)])))
 
 
 def test_a_wrong_finding_that_the_twin_has_as_well_is_not_held_against_the_injection():
-    labels = {"case": injected(twin="twin"), "twin": {"kind": "null", "effects": []}}
+    labels = {"case": injected(twin="twin"), "twin": TWIN}
     same, other = finding("traction_slip"), finding("lateral_slip")
     answers = {"case": answer(finding(), same, other), "twin": answer(same)}
     assert [each["effect"] for each in beyond_twins(labels, answers)["case"]["findings"]] == [
@@ -66,11 +55,7 @@ def test_a_wrong_finding_that_the_twin_has_as_well_is_not_held_against_the_injec
 
 
 def test_what_looks_like_a_weak_injection_and_is_in_the_twin_too_is_not_found():
-    alike = {**TRUTH, "acceptable": [{"effect": "turn_scrub", "component": "a"}]}
-    labels = {
-        "case": {**injected(1.5, twin="twin"), "effects": [alike]},
-        "twin": {"kind": "null", "effects": []},
-    }
+    labels = {"case": injected(1.5, [("turn_scrub", "a")], twin="twin"), "twin": TWIN}
     answers = {"case": answer(finding("turn_scrub")), "twin": answer(finding("turn_scrub"))}
     assert not is_found(labels["case"], beyond_twins(labels, answers)["case"])
     assert is_found(labels["case"], answers["case"])

@@ -8,28 +8,9 @@ from studies.figures import plot_reliability
 from studies.mismatch.scoring.judging import all_right, reported_instead
 from studies.mismatch.scoring.score import bins, pooled, rows, scored, share
 from studies.mismatch.worlds.world import Corpus, LabelledWorld
+from tests.studies.mismatch.answers import answer, effect, finding, label
 
-TRUTH = {
-    "effect": "wheelbase", "component": "a", "intervals": [],
-    "parameters": {"ratio": {"value": 1.01, "unit": "1"}},
-    "acceptable": [{"effect": "turn_scrub", "component": "a"}],
-}  # fmt: skip
-
-
-def label(kind="single", *effects):
-    return {"kind": kind, "effects": list(effects)}
-
-
-def finding(effect="wheelbase", component="a", probability=0.95, value=1.0101):
-    return {
-        "effect": effect, "component": component, "probability": probability, "alternatives": [],
-        "where": {"intervals": []}, "parameters": {"ratio": {"value": value, "sigma": 1e-4, "unit": "1"}},
-    }  # fmt: skip
-
-
-def answer(*findings, before=2.0, after=1.0):
-    fit = {"heldout": {"before": before, "after": after}}
-    return {"verdict": "mismatch", "findings": list(findings), "fit": fit}
+TRUTH = effect(acceptable=[("turn_scrub", "a")], ratio=1.01)
 
 
 def table(labels, answers):
@@ -48,13 +29,13 @@ FIRST, EXACT, SURE_WRONG, ALARM = (
     ("findings", "wanted"),
     [
         (
-            [finding()],
+            [finding(ratio=1.0101)],
             {FIRST: 1, EXACT: 1, SURE_WRONG: 0, "parameter within 2 sigma": 1, "95 % set holds the truth": 1},
         ),
         ([finding("turn_scrub")], {FIRST: 1, EXACT: 0}),
         ([finding("wheelbase", "b")], {FIRST: 0, SURE_WRONG: 1}),
         ([], {FIRST: 0}),
-        ([finding(value=1.011)], {"parameter within 2 sigma": 0}),
+        ([finding(ratio=1.011)], {"parameter within 2 sigma": 0}),
     ],
     ids=["perfect", "what the drive cannot tell apart", "wrong place", "silence", "wrong size"],
 )
@@ -91,10 +72,10 @@ def test_what_counts_as_right_in_place_of_the_truth_is_reported():
     assert reported_instead(labels, answers) == {("wheelbase a", "turn_scrub a"): 1}
 
 
-LABELS = {"healthy": label("null"), "worn": label("single", {**TRUTH, "acceptable": []})}
+LABELS = {"healthy": label("null"), "worn": label("single", effect(ratio=1.01))}
 ANSWERS = {
-    "healthy": {**answer(finding()), "fit": None},
-    "worn": answer(finding(probability=0.97), finding("turn_scrub", probability=0.3), before=4.0),
+    "healthy": answer(finding()),
+    "worn": answer(finding(probability=0.97), finding("turn_scrub", probability=0.3), heldout=(4.0, 1.0)),
 }
 
 
