@@ -1,4 +1,4 @@
-"""The growth-rate concept in numbers, C Table I and (6)-(8), and as errors over the way."""
+"""The growth-rate concept of C 3.3 in numbers, C Table I and (6)-(8), and driven over a bump."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from omnimate.effects.crossing import chord_loss
 from omnimate.ipec.corrector import correct
 from omnimate.ipec.errors import NoLinkageError
 from omnimate.vcan_sim.reference import reference_single
-from studies.papers.bumps import bump_drive, bump_errors
+from studies.papers.bumps import bump_drive, bump_errors, bump_growth
 from studies.papers.robots import fine
 
 
@@ -23,7 +23,20 @@ def test_the_numbers_of_table_i_and_of_6_to_8():
     assert f"{np.degrees(errors.measured):.2f}" == "0.43"
 
 
-def test_plain_keeps_the_heading_error_and_its_lateral_error_grows_ipec_removes_it_at_once():
+def test_plain_odometry_errs_by_0_44_degrees_at_once_and_0_15_mm_in_each_interval():
+    growth = bump_growth()
+    assert np.degrees(-growth.plain[1:, 0]) == pytest.approx(0.443, abs=0.002)
+    assert -1e3 * np.diff(growth.plain[2:, 1]) == pytest.approx(0.155, abs=0.005)
+
+
+def test_the_linkage_sees_at_least_what_the_paper_bounds_and_ipec_removes_it():
+    growth = bump_growth()
+    assert np.degrees(-growth.seen[1]) == pytest.approx(np.degrees(growth.printed.measured), abs=0.01)
+    assert np.degrees(np.abs(growth.ipec[:, 0])).max() < 0.01
+    assert np.abs(growth.ipec[:, 1]).max() < 0.2e-3
+
+
+def test_after_a_bump_the_lateral_error_grows_with_the_way_to_its_end_and_ipec_leaves_half_a_millimetre():
     robot = fine()
     lost = chord_loss(0.075, 0.010)
     drive = bump_drive(robot, lost)
