@@ -32,9 +32,9 @@ def optiodom(
     to: Out,
 ) -> None:
     """Take the runs of OptiOdom's differential robot: dense poses, one recording folder each."""
-    from studies.datasets.optiodom.recordings import differential_sets, each_run
+    from studies.datasets.optiodom.recordings import differential_sets, each_recording
 
-    save_set(each_run(source), to)
+    save_set(each_recording(source), to)
     others = differential_sets(source)[1]
     if others:
         warn(
@@ -48,9 +48,9 @@ def labyrinth(
     to: Out,
 ) -> None:
     """Take the drive of TU Chemnitz's Labyrinth as its readme describes it, which is known to be wrong."""
-    from studies.datasets.labyrinth import recordings_of
+    from studies.datasets.labyrinth import each_recording
 
-    save_set((("run-01", recording) for recording in recordings_of(source)), to)
+    save_set(each_recording(source), to)
 
 
 @importers.command()
@@ -59,9 +59,9 @@ def husky(
     to: Out,
 ) -> None:
     """Take the DRIVE data of a Clearpath Husky: a recording folder for each window of two seconds."""
-    from studies.datasets.husky import each_window
+    from studies.datasets.husky import each_recording
 
-    save_set(each_window(source), to)
+    save_set(each_recording(source), to)
 
 
 def umbmark(

@@ -32,16 +32,7 @@ DRIVES = (Drive("a.left", 11, 0x20B, 1, COUNTS_PER_TURN), Drive("a.right", 12, 0
 _NEEDED = ("cmd_left", "cmd_right", "left_wheel_vel", "right_wheel_vel", "icp_x", "icp_y", "icp_yaw")
 
 
-def recordings_of(folder: Path | str) -> list[Recording]:
-    """Return the windows of a DRIVE folder, in order.
-
-    Raises:
-        SourceError: The file is missing, or its content is not that of DRIVE.
-    """
-    return [recording for _, recording in each_window(folder)]
-
-
-def each_window(folder: Path | str) -> Iterator[tuple[str, Recording]]:
+def each_recording(folder: Path | str) -> Iterator[tuple[str, Recording]]:
     """Yield every window with its name, from `window-000` on.
 
     Raises:

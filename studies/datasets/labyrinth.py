@@ -7,6 +7,7 @@ Source: T. Pfeifer, TU Chemnitz, libRSF, datasets/Indoor_UWB.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -26,8 +27,8 @@ COUNTS_PER_TURN = 31416.0  # one count is 10 micrometres
 _COLUMNS = {"odom2diff": 9, "point2": 8}
 
 
-def recordings_of(folder: Path | str) -> list[Recording]:
-    """Return the only drive of the Labyrinth folder.
+def each_recording(folder: Path | str) -> Iterator[tuple[str, Recording]]:
+    """Yield the only drive of the Labyrinth folder, as `run-01`.
 
     Raises:
         SourceError: A file is missing or damaged.
@@ -48,7 +49,7 @@ def recordings_of(folder: Path | str) -> list[Recording]:
     }
     place = np.column_stack((truth[:, 1:3], np.full(len(truth), np.nan)))
     run = Run("free", None, (Lap("none", float(time[0]), float(time[-1])),))
-    return [recording_of(robot, wheels, str(source), poses_of("a", truth[:, 0], place), run)]
+    yield "run-01", recording_of(robot, wheels, str(source), poses_of("a", truth[:, 0], place), run)
 
 
 def _rows(path: Path, kind: str) -> Array:

@@ -32,7 +32,7 @@ from omnimate.vehicle.se2 import Array
 from studies.benchmark import options
 from studies.datasets.optiodom.drives import DriveSet, read_set
 from studies.datasets.optiodom.files import find_sets
-from studies.datasets.optiodom.recordings import each_run
+from studies.datasets.optiodom.recordings import each_recording
 from studies.datasets.optiodom.scores import score
 
 ROOT = "../shared/data/real/optiodom/diff"
@@ -113,7 +113,7 @@ def words_of(kinematics: Kinematics) -> str:
 
 def main() -> int:
     root = options(__doc__, {"root": ROOT}).root
-    sets, recordings = [read_set(folder) for folder in find_sets(root)], dict(each_run(root))
+    sets, recordings = [read_set(folder) for folder in find_sets(root)], dict(each_recording(root))
     used = [data for data in sets if data.path in USED]
     free = [data for data in sets if data.path == "free"]
     nominal = used[0].kinematics

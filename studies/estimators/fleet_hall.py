@@ -19,7 +19,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing.pool import Pool
 
@@ -121,16 +121,17 @@ class Laps:
 
     def of_day(self, day: int) -> list[RecordingFeatures]:
         """Return the laps of all robots on a day."""
-        tasks = ((self.hall, robots, day, self.minutes, self.linkage) for robots in self._parts())
-        return [lap for part in self.pool.starmap(laps_of, tasks) for lap in part]
+        return [lap for part in self.pool.starmap(laps_of, self._parts(day)) for lap in part]
 
     def numbers_of_day(self, day: int, floor: Floor) -> list[RobotInformation]:
         """Return the information of the laps of all robots on a day, without the effect of a floor."""
-        tasks = ((floor, self.hall, robots, day, self.minutes, self.linkage) for robots in self._parts())
-        return [number for part in self.pool.starmap(numbers_of, tasks) for number in part]
+        parts = self.pool.starmap(numbers_of, ((floor, *part) for part in self._parts(day)))
+        return [number for part in parts for number in part]
 
-    def _parts(self) -> list[Sequence[HallRobot]]:
-        return [self.hall.robots[first : first + PART] for first in range(0, len(self.hall.robots), PART)]
+    def _parts(self, day: int) -> Iterator[tuple[Hall, Sequence[HallRobot], int, float, float]]:
+        """Yield the arguments of `laps_of` for some robots at a time."""
+        for first in range(0, len(self.hall.robots), PART):
+            yield self.hall, self.hall.robots[first : first + PART], day, self.minutes, self.linkage
 
 
 def laps_of(

@@ -29,7 +29,7 @@ from omnimate.vehicle.odometry import dead_reckon, truck_travel
 from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.se2 import Array, between, compose, lever_matrix, rotation, wrap
 from studies.benchmark import options
-from studies.datasets.optiodom.recordings import each_run
+from studies.datasets.optiodom.recordings import each_recording
 
 OPTIODOM = "../shared/data/real/optiodom"
 JUMP = 0.5  # [m] of a wild fix
@@ -123,7 +123,7 @@ def main() -> None:
     given = options(__doc__, {"folder": OPTIODOM}, period=10.0, wild=0.0, every=1)
     errors: dict[str, dict[str, list[tuple[Array, float]]]] = defaultdict(lambda: defaultdict(list))
     chance = np.random.default_rng(0)
-    for number, (name, recording) in enumerate(each_run(given.folder)):
+    for number, (name, recording) in enumerate(each_recording(given.folder)):
         if number % given.every:
             continue
         fixes = thinned(recording, given.period, given.wild, chance)

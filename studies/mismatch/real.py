@@ -38,7 +38,7 @@ def robot_row(folder: Path, every: int = 1) -> RobotRow:
         SourceError: The data are damaged.
     """
     source = labyrinth if folder.name == "labyrinth_tuc" else husky
-    recordings = source.recordings_of(folder)
+    recordings = [recording for _, recording in source.each_recording(folder)]
     look = first_look(recordings)
     corrected = recordings if look is None else [look.corrected(recording) for recording in recordings]
     return RobotRow(folder.name, recordings, corrected, diagnose(recordings), diagnose(corrected[::every]))

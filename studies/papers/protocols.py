@@ -117,16 +117,16 @@ def _plain(what: str, printed: float, values: Array, digits: int) -> Row:
     return drawn("O", "Table I", f"{what}, plain", f"{printed:g}", values, verdict, digits)
 
 
-def _worst_heading(name: Estimator, errors: Errors) -> float:
-    return float(sizes(errors[name])[1].max())
+POSITION, HEADING = 0, 1  # of `sizes`
 
 
-def _worst_position(name: Estimator, errors: Errors) -> float:
-    return float(sizes(errors[name])[0].max())
+def _size(size: int, over_runs: Callable[[Array], float], name: Estimator, errors: Errors) -> float:
+    """Return the largest or the mean position [mm] or heading [degrees] of the runs of an estimator."""
+    return float(over_runs(sizes(errors[name])[size]))
 
 
-def _mean_heading(name: Estimator, errors: Errors) -> float:
-    return float(sizes(errors[name])[1].mean())
+_worst_heading, _worst_position = partial(_size, HEADING, np.max), partial(_size, POSITION, np.max)
+_mean_heading = partial(_size, HEADING, np.mean)
 
 
 def _gain(errors: Errors) -> float:

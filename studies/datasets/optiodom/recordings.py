@@ -25,17 +25,7 @@ from studies.datasets.optiodom.files import find_sets, read_metadata, read_numbe
 _PERIOD = 0.05  # [s] of the robot's cycle
 
 
-def recordings_of(folder: Path | str) -> list[Recording]:
-    """Return the runs of all differential sets under a folder, in order.
-
-    Raises:
-        OptiOdomError: There is no set, or a set is damaged.
-        SourceError: All sets are of the tricycle.
-    """
-    return [recording for _, recording in each_run(folder)]
-
-
-def each_run(folder: Path | str) -> Iterator[tuple[str, Recording]]:
+def each_recording(folder: Path | str) -> Iterator[tuple[str, Recording]]:
     """Yield every run under a folder with its name, such as `diff/square/230620202042/run-01`.
 
     Raises:

@@ -18,7 +18,7 @@ from omnimate.calib.paths.least_squares import calibrate_truck
 from omnimate.files.recordings.folder import save_recording
 from omnimate.vehicle.parameters import Channel
 from omnimate.vehicle.recording import Recording
-from studies.datasets.optiodom.recordings import recordings_of
+from studies.datasets.optiodom.recordings import each_recording
 from studies.mismatch.engines.rivals import draw
 from studies.mismatch.engines.strength import Drive, Poses, Ruler
 from studies.mismatch.run import Report
@@ -81,7 +81,7 @@ def calibrated_runs(place: Path) -> list[Recording]:
         OptiOdomError: The set is damaged.
         CalibrationError: The set cannot tell wheelbase and diameters.
     """
-    recordings = recordings_of(place)
+    recordings = [recording for _, recording in each_recording(place)]
     truck = calibrate_truck(recordings).truck
     return [replace(recording, vehicle=recording.vehicle.with_truck("a", truck)) for recording in recordings]
 

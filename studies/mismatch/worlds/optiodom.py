@@ -194,7 +194,7 @@ def write_optiodom(
     labels = {}
     for place in sets[: -(-most // 2)]:
         name = f"{place.parent.name}-{place.name}"
-        both = halves(in_sequence(optiodom.recordings_of(place)))
+        both = halves(in_sequence([recording for _, recording in optiodom.each_recording(place)]))
         for half, (seen, held_out) in enumerate((both, both[::-1]), start=1):
             labels[f"{name}-{half}"] = {
                 **_write(folder / f"{name}-{half}", seen, held_out),

@@ -6,11 +6,11 @@ import pytest
 from omnimate.files.importers.errors import SourceError
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import wrap
-from studies.datasets.husky import WINDOWS, recordings_of
+from studies.datasets.husky import WINDOWS, each_recording
 
 
 def test_every_window_is_a_recording_of_its_nominal_robot_that_slips(shared_data):
-    recordings = recordings_of(shared_data / "real/drive_ugv")
+    recordings = dict(each_recording(shared_data / "real/drive_ugv")).values()
     assert len(recordings) == 603
     ends = []
     for recording in recordings:
@@ -27,7 +27,7 @@ def test_every_window_is_a_recording_of_its_nominal_robot_that_slips(shared_data
 def test_a_file_that_is_no_such_archive_is_refused(tmp_path):
     (tmp_path / WINDOWS).write_bytes(b"no archive")
     with pytest.raises(SourceError, match="cannot be read"):
-        recordings_of(tmp_path)
+        next(each_recording(tmp_path))
 
 
 def test_arrays_that_do_not_fit_each_other_are_refused(tmp_path):
@@ -35,4 +35,4 @@ def test_arrays_that_do_not_fit_each_other_are_refused(tmp_path):
     arrays = {name: np.zeros((2, 40)) for name in names} | {"cmd_left": np.zeros((2, 39))}
     np.savez(tmp_path / WINDOWS, **arrays)
     with pytest.raises(SourceError, match="cmd_left of shape"):
-        recordings_of(tmp_path)
+        next(each_recording(tmp_path))

@@ -8,7 +8,7 @@ import pytest
 from omnimate.files.importers.errors import SourceError
 from omnimate.vehicle.arcs import arc, integrate
 from omnimate.vehicle.odometry import truck_travel
-from studies.datasets.labyrinth import INPUT, recordings_of
+from studies.datasets.labyrinth import INPUT, each_recording
 
 
 def away(recording, left, right, wheelbase):
@@ -21,7 +21,7 @@ def away(recording, left, right, wheelbase):
 
 
 def test_as_documented_it_is_far_off_and_with_swapped_wheels_and_twice_the_track_it_is_near(shared_data):
-    (recording,) = recordings_of(shared_data / "real/labyrinth_tuc")
+    ((_, recording),) = each_recording(shared_data / "real/labyrinth_tuc")
     left, right, _ = truck_travel(recording, "a")
     assert recording.vehicle.trucks["a"].wheelbase == 0.0785
     assert away(recording, left, right, 0.0785) == pytest.approx(0.906, abs=0.005)
@@ -29,7 +29,7 @@ def test_as_documented_it_is_far_off_and_with_swapped_wheels_and_twice_the_track
 
 
 def test_positions_have_no_heading_and_every_sample_is_there(shared_data):
-    (recording,) = recordings_of(shared_data / "real/labyrinth_tuc")
+    ((_, recording),) = each_recording(shared_data / "real/labyrinth_tuc")
     assert len(recording) == len(recording.poses.time) == 233
     assert recording.present.all()
     assert np.isnan(recording.poses.pose[:, 2]).all()
@@ -44,9 +44,9 @@ def test_a_damaged_line_is_named(shared_data, tmp_path):
     lines[place] = "odom2diff 0.1 nan"
     path.write_text("\n".join(lines))
     with pytest.raises(SourceError, match=rf"{INPUT}:{place + 1}: expected 8 finite numbers"):
-        recordings_of(folder)
+        next(each_recording(folder))
 
 
 def test_a_folder_without_the_files_is_refused(tmp_path):
     with pytest.raises(SourceError, match="cannot be read"):
-        recordings_of(tmp_path)
+        next(each_recording(tmp_path))

@@ -13,7 +13,7 @@ from omnimate.files.importers.robots import single_truck
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Poses, Recording
-from studies.datasets.optiodom.recordings import differential_sets, recordings_of
+from studies.datasets.optiodom.recordings import differential_sets, each_recording
 from studies.mismatch.engines.laws import OF_TRUCKS, OF_WHEELS
 from studies.mismatch.engines.rivals import Injection
 from studies.mismatch.engines.vocabulary import VOCABULARY
@@ -156,7 +156,7 @@ def test_a_case_and_its_twin_are_the_same_runs_of_a_real_robot_with_and_without_
     ]
     untouched, altered = pairs[0]
     assert untouched.vehicle == altered.vehicle
-    raw = recordings_of(sets[0])[twin["runs"][0]]
+    raw = [*dict(each_recording(sets[0])).values()][twin["runs"][0]]
     assert np.array_equal(untouched.counts - untouched.counts[0], raw.counts - raw.counts[0])
     assert any(differ(*pair) for pair in pairs)
 

@@ -7,7 +7,7 @@ from omnimate.effects.latency import Latency
 from omnimate.effects.wheel_diameter import WheelDiameter
 from omnimate.effects.wheelbase import Wheelbase
 from omnimate.mismatch import Diagnosis
-from studies.datasets.optiodom.recordings import recordings_of
+from studies.datasets.optiodom.recordings import each_recording
 from studies.mismatch.scoring.score import rows
 from studies.mismatch.worlds import optiodom
 from studies.mismatch.worlds.optiodom import diagnosed_and_driven, halves, position_error, write_optiodom
@@ -18,7 +18,7 @@ SET = "circular/250620202236"  # its nominal wheels are 1.6 % too large
 
 @pytest.fixture(scope="module")
 def runs(shared_data):
-    return recordings_of(shared_data / "real/optiodom/diff" / SET)
+    return list(dict(each_recording(shared_data / "real/optiodom/diff" / SET)).values())
 
 
 @pytest.fixture(scope="module")

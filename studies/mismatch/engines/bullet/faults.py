@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -87,35 +86,30 @@ BOXES, HEIGHTS = 4, (0.05, 0.09)  # on the floor; their heights over the radius 
 
 def wheel_diameter(at: Setting) -> Fault:
     """Return a larger or smaller tread on the wheels of one encoder."""
-    wheel = at.wheel()
-    radius = at.chassis.wheels[wheel].radius * (1.0 + at.sign() * at.chance.uniform(0.003, 0.01))
-    return Fault(
-        "wheel_diameter",
-        wheel,
-        partial(_diameter, at, wheel),
-        lambda chassis: with_treads(chassis, wheel, radius),
-    )
+    return _diameter(at, (0.003, 0.01), one=False)
 
 
 def one_tyre(at: Setting) -> Fault:
     """Return a larger or smaller tread on one of the two wheels of a side."""
+    return _diameter(at, (0.01, 0.03), one=True)
+
+
+def _diameter(at: Setting, bounds: tuple[float, float], *, one: bool) -> Fault:
     wheel = at.wheel()
     own = at.chassis.wheels[wheel]
-    radius, tyre = (
-        own.radius * (1.0 + at.sign() * at.chance.uniform(0.01, 0.03)),
-        str(at.chance.choice(own.links)),
-    )
+    radius = own.radius * (1.0 + at.sign() * at.chance.uniform(*bounds))
+    links = [str(at.chance.choice(own.links))] if one else own.links
     return Fault(
         "wheel_diameter",
         wheel,
-        partial(_diameter, at, wheel),
-        lambda chassis: with_treads(chassis, wheel, radius, links=[tyre]),
+        _over_healthy(at, lambda drive: rolling_radius(drive, at.nominal, wheel)),
+        lambda chassis: with_treads(chassis, wheel, radius, links=links),
     )
 
 
-def _diameter(at: Setting, wheel: str, drive: Drive) -> dict[str, Any]:
-    own, healthy = (rolling_radius(each, at.nominal, wheel) for each in (drive, at.healthy))
-    return {"ratio": own / healthy}
+def _over_healthy(at: Setting, size_of: Callable[[Drive], float]) -> Callable[[Drive], Parameters]:
+    """Return the function that measures a size of a drive over that of the healthy robot's."""
+    return lambda drive: {"ratio": size_of(drive) / size_of(at.healthy)}
 
 
 def wheel_eccentricity(at: Setting) -> Fault:
@@ -150,10 +144,7 @@ def wheelbase(at: Setting) -> Fault:
                 urdf = with_moved(urdf, name, (way * x, way * y, way * z))
         return replace(chassis, urdf=urdf)
 
-    def measure(drive: Drive) -> dict[str, Any]:
-        own, healthy = (turning_base(each, at.nominal, number) for each in (drive, at.healthy))
-        return {"ratio": own / healthy}
-
+    measure = _over_healthy(at, lambda drive: turning_base(drive, at.nominal, number))
     return Fault("wheelbase", truck, measure, build)
 
 

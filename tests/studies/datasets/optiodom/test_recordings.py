@@ -12,7 +12,7 @@ from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import between, compose
 from studies.datasets.optiodom.drives import read_set
 from studies.datasets.optiodom.files import OptiOdomError
-from studies.datasets.optiodom.recordings import each_run, recordings_of
+from studies.datasets.optiodom.recordings import each_recording
 from studies.datasets.optiodom.scores import score
 from studies.datasets.optiodom.squares import read_squares
 
@@ -21,7 +21,7 @@ SQUARE = "real/optiodom/diff/square/230620202042"
 
 @pytest.fixture(scope="module")
 def runs(shared_data):
-    return dict(each_run(shared_data / "real/optiodom"))
+    return dict(each_recording(shared_data / "real/optiodom"))
 
 
 def test_every_run_of_the_differential_robot_becomes_a_recording_without_gaps(runs):
@@ -64,4 +64,4 @@ def test_a_damaged_run_is_named(shared_data, tmp_path):
     damaged = next(folder.glob("*run-03.csv.gz"))
     damaged.write_bytes(damaged.read_bytes()[:200])
     with pytest.raises(OptiOdomError, match="run-03"):
-        recordings_of(folder)
+        list(each_recording(folder))
