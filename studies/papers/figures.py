@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from omnimate.figures.clusters import Clusters, plot_clusters
 from omnimate.figures.files import PlotError
@@ -19,6 +20,8 @@ from studies.papers.estimates import sizes
 from studies.papers.protocols import lap_errors_of, rectangle_errors, straight_errors
 from studies.papers.squares import FIGURE_11, stages_of
 
+# Label, return errors `(N, 3)`, colour and mark of a set, and whether its marks are filled.
+Series = tuple[str, Array, str, str, bool]
 ROBOT = 0  # the papers show a single robot; this is the first of the table
 
 
@@ -74,18 +77,26 @@ def draw_c10(path: Path) -> None:
     )
     with framed(path, (10.4, 5.9), 1) as figure:
         figure.suptitle("C Fig. 10, simulated: 7 x 4 m rectangle from its corner, cw and ccw")
-        panels: tuple[Axes, Axes] = tuple(figure.subplots(1, 2))
-        for axes, title, limit in zip(panels, ("all runs", "enlarged"), (None, 80.0), strict=True):
-            for label, errors, color, marker, filled in series:
-                mean = sizes(errors)[1].mean()
-                words = f"{label}: mean |heading error| {mean:.2f}°"
-                draw_dots(axes, 1e3 * errors[:, :2], color, marker, filled=filled, label=words)
-            draw_cross(axes)
+        words = [
+            (f"{label}: mean |heading error| {sizes(errors)[1].mean():.2f}°", errors, color, marker, filled)
+            for label, errors, color, marker, filled in series
+        ]
+        for axes in _draw_twice(figure, words, 80.0):
             _ring(axes, 50.0)
-            axes.set(xlabel="return error in x [mm]", ylabel="return error in y [mm]", title=title)
-            axes.set_aspect("equal", adjustable="datalim" if limit is None else "box")
-            if limit is not None:
-                axes.set(xlim=(-limit, limit), ylim=(-limit, limit))
+
+
+def _draw_twice(figure: Figure, series: Iterable[Series], limit: float) -> tuple[Axes, Axes]:
+    """Draw return positions in two panels: all of them, and those within a limit [mm]."""
+    whole, enlarged = figure.subplots(1, 2)
+    for axes in (whole, enlarged):
+        for label, errors, color, marker, filled in series:
+            draw_dots(axes, 1e3 * errors[:, :2], color, marker, filled=filled, label=label)
+        draw_cross(axes)
+        axes.set(xlabel="return error in x [mm]", ylabel="return error in y [mm]")
+    whole.set(title="all runs")
+    whole.set_aspect("equal", adjustable="datalim")
+    enlarged.set(title="enlarged", aspect="equal", xlim=(-limit, limit), ylim=(-limit, limit))
+    return whole, enlarged
 
 
 def _ring(axes: Axes, radius: float) -> None:
@@ -95,8 +106,7 @@ def _ring(axes: Axes, radius: float) -> None:
     axes.plot(radius * np.cos(angle), radius * np.sin(angle), "--", color=GREY, linewidth=1.0, label=label)
 
 
-_WAYS: tuple[tuple[Turning, str], ...] = (("cw", BLUE), ("ccw", VERMILLION))
-_IPEC = {"filled": "with IPEC", "open": "without IPEC"}
+_WAYS: tuple[tuple[Turning, str, str], ...] = (("cw", BLUE, "o"), ("ccw", VERMILLION, "s"))
 
 
 def draw_positions(path: Path, number: int, laps: slice) -> None:
@@ -104,19 +114,9 @@ def draw_positions(path: Path, number: int, laps: slice) -> None:
     bumps = "no bumps" if laps.start == 0 else "20 bumps of 9 mm"
     with framed(path, (10.0, 5.6), 2) as figure:
         figure.suptitle(f"O Fig. {number}, simulated: return positions after laps of 18.5 m, {bumps}")
-        panels: tuple[Axes, Axes] = tuple(figure.subplots(1, 2))
-        corrected = []
-        for axes in panels:
-            for way, color, label, errors, filled in _laps(laps):
-                marker = "o" if way == "cw" else "s"
-                draw_dots(axes, 1e3 * errors[:, :2], color, marker, filled=filled, label=label)
-                corrected += [1e3 * np.abs(errors[:, :2]).max()] if filled else []
-            draw_cross(axes)
-            axes.set(xlabel="return error in x [mm]", ylabel="return error in y [mm]")
-        limit = 1.3 * max(corrected)
-        panels[0].set(title="all runs")
-        panels[0].set_aspect("equal", adjustable="datalim")
-        panels[1].set(title="enlarged", aspect="equal", xlim=(-limit, limit), ylim=(-limit, limit))
+        series = list(_laps(laps))
+        largest = max(np.abs(errors[:, :2]).max() for _, errors, *_, filled in series if filled)
+        _draw_twice(figure, series, 1.3 * 1e3 * float(largest))
 
 
 def draw_headings(path: Path, number: int, laps: slice) -> None:
@@ -125,23 +125,23 @@ def draw_headings(path: Path, number: int, laps: slice) -> None:
     with framed(path, (7.4, 5.2), 2) as figure:
         figure.suptitle(f"O Fig. {number}, simulated: return headings after laps of 18.5 m, {bumps}")
         axes = figure.subplots()
-        for way, color, label, errors, filled in _laps(laps):
+        for label, errors, color, marker, filled in _laps(laps):
             lap = np.arange(laps.start + 1.0, laps.start + 1.0 + len(errors))
             points = np.column_stack([lap, np.degrees(errors[:, 2])])
             axes.plot(*points.T, color=color, linewidth=0.8, linestyle="-" if filled else ":")
-            draw_dots(axes, points, color, "o" if way == "cw" else "s", filled=filled, label=label)
+            draw_dots(axes, points, color, marker, filled=filled, label=label)
         axes.axhline(0.0, color=GREY, linewidth=0.8)
         axes.set(xlabel="lap", ylabel="return error of the heading [°]")
         axes.set_xticks(range(laps.start + 1, laps.stop + 1))
 
 
-def _laps(laps: slice) -> Iterator[tuple[Turning, str, str, Array, bool]]:
-    """Yield direction, colour, label, return errors and whether IPEC ran, of O's four sets."""
-    for name, filled in (("plain", False), ("OmniMate", True)):
-        for way, color in _WAYS:
+def _laps(laps: slice) -> Iterator[Series]:
+    """Yield O's four sets; marks are filled where IPEC ran."""
+    for filled in (False, True):
+        for way, color, marker in _WAYS:
             errors = lap_errors_of(ROBOT, way)["OmniMate" if filled else "plain"][laps]
-            last = 4 if name == "plain" and laps.start else 5  # O drove lap 10 with IPEC only
-            yield way, color, f"{way}, {_IPEC['filled' if filled else 'open']}", errors[:last], filled
+            last = 5 if filled or not laps.start else 4  # O drove lap 10 with IPEC only
+            yield f"{way}, {'with' if filled else 'without'} IPEC", errors[:last], color, marker, filled
 
 
 def draw_growth(path: Path) -> None:

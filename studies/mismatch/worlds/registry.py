@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 from collections.abc import Mapping, Sequence
 from functools import partial
 from importlib import import_module
@@ -21,6 +20,7 @@ from studies.mismatch.worlds.world import (
     Request,
     World,
     WrittenWorld,
+    drawn,
     write_all,
 )
 
@@ -29,11 +29,11 @@ WIDE, CONTACTS = (6, 300), (6, 46)  # cases of the wide world, and of an engine 
 
 def write_engine(folder: Path, request: Request, jobs: int, report: Report) -> Mapping[str, Label]:
     """Write the cases of the independent engine."""
-    wanted = cases(request.quick)
-    count = len(wanted) if request.cases is None else min(request.cases, len(wanted))
-    numbers = sorted(random.Random(request.seed).sample(range(len(wanted)), count))  # no secret
-    made = {f"own-{number:04d}": (wanted[number], seed_of(request.seed, number)) for number in numbers}
-    return write_all(make, made, folder, jobs, report)
+    wanted = {
+        f"own-{number:04d}": (case, seed_of(request.seed, number))
+        for number, case in enumerate(cases(request.quick))
+    }
+    return write_all(make, drawn(wanted, request), folder, jobs, report)
 
 
 def write_drawn(

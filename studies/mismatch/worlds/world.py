@@ -147,11 +147,11 @@ def _check(known: object, wanted: object, folder: Path) -> None:
         raise OmnimateError(f"{folder} holds the cases of {known}; {wanted} needs a folder of its own: --out")
 
 
-def drawn(labels: Mapping[str, Label], request: Request) -> dict[str, Label]:
-    """Return as many of the labelled cases as are asked for, in their order."""
-    count = len(labels) if request.cases is None else min(request.cases, len(labels))
-    names = set(random.Random(request.seed).sample(sorted(labels), count))  # no secret
-    return {name: label for name, label in labels.items() if name in names}
+def drawn(cases: Mapping[str, Reply], request: Request) -> dict[str, Reply]:
+    """Return as many of the cases, by name, as are asked for, in their order."""
+    count = len(cases) if request.cases is None else min(request.cases, len(cases))
+    names = set(random.Random(request.seed).sample(sorted(cases), count))  # no secret
+    return {name: case for name, case in cases.items() if name in names}
 
 
 def _text(content: object) -> str:

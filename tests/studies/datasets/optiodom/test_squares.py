@@ -60,12 +60,12 @@ def test_damaged_sets_are_refused(tmp_path: Path, metadata: str, rows: str, word
         read_squares(folder(tmp_path, metadata, rows))
 
 
-def test_a_truncated_gzip_is_refused(tmp_path: Path) -> None:
+def test_a_truncated_gzip_is_refused_by_its_name(tmp_path: Path) -> None:
     """A file cut off in the middle is damaged, not short."""
     path = folder(tmp_path, rows="0,0,0,0,0,0\n" * 5000)
     run = path / "set_run-02.csv.gz"
     run.write_bytes(run.read_bytes()[:-20])
-    with pytest.raises(OptiOdomError, match="damaged"):
+    with pytest.raises(OptiOdomError, match=r"set_run-02\.csv\.gz: damaged"):
         read_squares(path)
 
 
