@@ -86,9 +86,9 @@ def test_ten_bumps_under_any_wheel_are_corrected(robot, lap_errors, wheel, metho
     truth = Truth(robot, floor=floor, sonar=EXACT)
     recording = simulate(robot, truth, rounded_rectangle(3.0, 2.0, ["cw"]))
     met = wheel[0]
-    plain = lap_errors(recording, dead_reckon(recording, met), met)
+    plain = lap_errors(recording, dead_reckon(recording, met), recording.poses.of(met))
     path = correct(recording, method=method)
-    corrected = lap_errors(recording, path.pose_a if met == "a" else path.pose_b, met)
+    corrected = lap_errors(recording, path.pose_a if met == "a" else path.pose_b, recording.poses.of(met))
     assert abs(np.degrees(plain[0, 2])) == pytest.approx(5.5, abs=0.4)
     assert abs(corrected[0, 2]) < 0.1 * abs(plain[0, 2])
     assert np.hypot(*corrected[0, :2]) < 0.03

@@ -21,8 +21,8 @@ from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.counters import counter_law, counters_of, take_readings
 from omnimate.vehicle.odometry import Odometer, dead_reckon
 from omnimate.vehicle.sample import Sample
-from omnimate.vehicle.se2 import between, compose, wrap
 from omnimate.vehicle.sonar import Sonar
+from studies.papers.linkage_numbers import lap_errors
 
 
 def wrong(vehicle, **truth):
@@ -34,14 +34,7 @@ def wrong(vehicle, **truth):
 
 
 def return_errors(recording, truck):
-    path, fixes, errors = dead_reckon(recording, truck), recording.poses.of(truck), []
-    for lap in recording.run.laps:
-        first, last = np.searchsorted(recording.time, [lap.start - 1e-6, lap.end - 1e-6])
-        before = fixes.pose[np.searchsorted(fixes.time, lap.start) - 1]
-        after = fixes.pose[np.searchsorted(fixes.time, lap.end)]
-        error = after - compose(before, between(path[first], path[last]))
-        errors.append([*error[:2], wrap(error[2])])
-    return np.array(errors)
+    return lap_errors(recording, dead_reckon(recording, truck), recording.poses.of(truck))
 
 
 def test_stepwise_and_at_once_give_the_same_counts_commands_laps_and_fixes(vehicle):

@@ -118,7 +118,7 @@ def test_where_the_world_is_turned_makes_no_difference_to_positions_without_head
 
 
 def test_labyrinth_has_its_wheels_exchanged_and_half_of_its_wheelbase(shared_data):
-    diagnosis = diagnose(labyrinth.recordings_of(shared_data / "real/labyrinth_tuc"))
+    diagnosis = diagnose(list(dict(labyrinth.each_recording(shared_data / "real/labyrinth_tuc")).values()))
     assert [(one.effect, one.component) for one in diagnosis.findings] == [
         ("unknown", "a"),
         ("wheelbase", "a"),
@@ -129,7 +129,7 @@ def test_labyrinth_has_its_wheels_exchanged_and_half_of_its_wheelbase(shared_dat
 
 
 def test_husky_turns_as_if_it_were_twice_as_wide_and_slips_or_has_smaller_wheels(shared_data):
-    diagnosis = diagnose(husky.recordings_of(shared_data / "real/drive_ugv")[::10])
+    diagnosis = diagnose(list(dict(husky.each_recording(shared_data / "real/drive_ugv")).values())[::10])
     assert diagnosis.findings[0].effect == "wheelbase"
     assert diagnosis.findings[0].parameters[0].value == pytest.approx(2.1, abs=0.25)
     assert all(one.probability <= 0.5 for one in diagnosis.findings[1:])
