@@ -1,6 +1,5 @@
 """The independent engine: shares no code with what it proves, and drives as its numbers say."""
 
-import ast
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,24 +14,16 @@ from studies.mismatch.engines.engine import Floor
 from studies.mismatch.engines.faults import ConcealedFault, TruckStep, WheelStep, moved, travelled
 from studies.mismatch.engines.scene import scene
 from studies.mismatch.engines.vocabulary import set_bump_times
+from tests.test_architecture import modules_named
 
 ROOT = Path(__file__).resolve().parents[4] / "studies" / "mismatch" / "engines"
 
 
 def test_the_engine_imports_nothing_of_the_project_but_itself():
-    imported = [name for path in ROOT.rglob("*.py") for name in imports(path)]
-    of_the_project = [name for name in imported if name.split(".")[0] in {"omnimate", "studies"}]
+    named = [name for path in ROOT.rglob("*.py") for name in modules_named(path)]
+    of_the_project = [name for name in named if name.split(".")[0] in {"omnimate", "studies"}]
     assert of_the_project
     assert [name for name in of_the_project if not name.startswith("studies.mismatch.engines.")] == []
-
-
-def imports(path):
-    """Yield the modules that a file imports."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            yield f"{node.module}.{node.names[0].name}"
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

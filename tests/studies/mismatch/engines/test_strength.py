@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from omnimate.vehicle.arcs import integrate
 from studies.mismatch.engines.rivals import LARGEST, SEPARATE, Injection, draw, strength_of
 from studies.mismatch.engines.strength import Drive, Noise, Poses, Ruler, increments, left_of, residual
 
@@ -28,16 +29,7 @@ def one(chance):
     wheels = np.full(2, 1e-4), np.full(2, 0.042), np.array([BASE])
     drive = Drive(time, way, *wheels, np.zeros((SAMPLES, 0)), 0.0, {})
     noise = chance.normal(size=(SAMPLES - 1, 3)) * [PATH, PATH, HEADING]
-    return replace(drive, poses={0: Poses(time, composed(increments(drive.path(0)) + noise))})
-
-
-def composed(steps):
-    heading = np.concatenate(([0.0], np.cumsum(steps[:, 2])))
-    cosine, sine = np.cos(heading[:-1]), np.sin(heading[:-1])
-    moves = np.stack(
-        [cosine * steps[:, 0] - sine * steps[:, 1], sine * steps[:, 0] + cosine * steps[:, 1]], 1
-    )
-    return np.column_stack([np.concatenate((np.zeros((1, 2)), np.cumsum(moves, axis=0))), heading])
+    return replace(drive, poses={0: Poses(time, integrate(increments(drive.path(0)) + noise))})
 
 
 def test_the_residual_of_a_drive_is_the_noise_of_its_increments():
