@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -80,12 +80,16 @@ def pair(folder: Path, case: Case, seed: int) -> Pair:
             column = setting.robot.channels.index(fault.component)
             set_bump_times(named, driven.time, driven.counts[:, column])
             parameters["times"] = named["parameters"]["times"]["value"]
-    values = {name: _frozen(value) for name, value in parameters.items()}
-    return Pair(effect_named(fault.effect)(component=fault.component, **values), *recordings)
+    return Pair(library_effect(fault.effect, fault.component, parameters), *recordings)
 
 
-def _frozen(value: Any) -> Any:  # noqa: ANN401  # a number, or lists of them
-    return tuple(map(_frozen, value)) if isinstance(value, list) else value
+def library_effect(name: str, component: str, parameters: Mapping[str, Any]) -> Effect:
+    """Return the effect of the project's library with parameters that are numbers or lists of them."""
+
+    def frozen(value: Any) -> Any:  # noqa: ANN401
+        return tuple(map(frozen, value)) if isinstance(value, list) else value
+
+    return effect_named(name)(component, **{each: frozen(value) for each, value in parameters.items()})
 
 
 LAW, PROCESS, SINDY = "law", "Gaussian process", "pysindy"

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.effects import effect_named
 from omnimate.effects.stages import replay
 from omnimate.files.importers.robots import single_truck
 from omnimate.files.recordings.folder import load_recording
@@ -17,6 +16,7 @@ from studies.datasets.optiodom.recordings import differential_sets, each_recordi
 from studies.mismatch.engines.laws import OF_TRUCKS, OF_WHEELS
 from studies.mismatch.engines.rivals import Injection
 from studies.mismatch.engines.vocabulary import VOCABULARY
+from studies.mismatch.laws.recovery import library_effect
 from studies.mismatch.worlds.injections import drive_of, with_drive, write_pair
 from studies.mismatch.worlds.optiodom import block_of, in_sequence
 
@@ -55,12 +55,7 @@ def driven(seed):
 
 def physics(injection):
     """Return the project's own effect of an injection."""
-    parameters = {name: as_tuples(value) for name, value in injection.parameters.items()}
-    return effect_named(injection.effect)(injection.component, **parameters)
-
-
-def as_tuples(value):
-    return tuple(map(as_tuples, value)) if isinstance(value, list) else value
+    return library_effect(injection.effect, injection.component, injection.parameters)
 
 
 def injected(recording, injection):

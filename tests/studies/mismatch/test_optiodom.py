@@ -1,5 +1,7 @@
 """The world of OptiOdom: halves of a set, plain least squares beside the effects found."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -30,28 +32,19 @@ def written(shared_data, tmp_path_factory):
 
 def test_effects_that_calibrate_a_robot_predict_as_its_calibrated_description_does(runs):
     truck = runs[0].vehicle.trucks["a"]
-    better = type(truck)(
-        0.98 * truck.wheelbase, 0.984 * truck.wheel_diameter_left, truck.wheel_diameter_right
+    better = replace(
+        truck, wheelbase=0.98 * truck.wheelbase, wheel_diameter_left=0.984 * truck.wheel_diameter_left
     )
-    described = [
-        type(run)(run.vehicle.with_truck("a", better), run.time, run.counts, run.present, run.poses)
-        for run in runs
-    ]
+    described = [replace(run, vehicle=run.vehicle.with_truck("a", better)) for run in runs]
     effects = WheelDiameter("a.left", 0.984), Wheelbase("a", 0.98)
     assert position_error(runs, effects) == pytest.approx(position_error(described), rel=1e-6)
     assert position_error(runs, effects) != pytest.approx(position_error(runs), rel=1e-3)
 
 
 def test_poses_that_are_told_to_be_late_are_compared_with_the_time_that_they_are_of(runs):
-    late = [
-        type(run)(run.vehicle, run.time, run.counts, run.present, shifted(run.poses, 0.3)) for run in runs
-    ]
+    late = [replace(run, poses=replace(run.poses, time=run.poses.time + 0.3)) for run in runs]
     assert position_error(late) > 1.1 * position_error(runs)
     assert position_error(late, [Latency("poses", 0.3)]) == pytest.approx(position_error(runs), rel=0.02)
-
-
-def shifted(poses, by):
-    return type(poses)(poses.time + by, poses.body, poses.pose, poses.sigma)
 
 
 def test_halves_are_every_other_recording_and_a_single_one_is_cut(runs):

@@ -32,14 +32,7 @@ def test_the_true_motion_of_the_wheels_integrates_to_the_poses(seed):
     smooth = replace(setting, floor=Floor(0.0, 0.0))
     driven = smooth.driven(setting.faults)
     robot, ratio = setting.robot, setting.faults[0]["ratio"]
-    turned = [
-        2.0
-        * np.pi
-        * robot.devices[wheel].sign
-        * np.diff(driven.counts[:, wheel])
-        / robot.devices[wheel].resolution
-        for wheel in (0, 1)
-    ]
+    turned = [np.diff(robot.devices[wheel].reading(driven.counts[:, wheel])) for wheel in (0, 1)]
     left, right = turned[0] * robot.radius[0] * ratio, turned[1] * robot.radius[1]
     heading = np.cumsum(np.concatenate([[0.0], (right - left) / robot.wheelbase[0]]))
     step = 0.5 * (left + right) * np.exp(0.5j * (heading[:-1] + heading[1:]))
