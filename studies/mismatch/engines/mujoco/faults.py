@@ -344,9 +344,7 @@ def castor_kick(at: Setting) -> FaultyRobot:
 def pushed(at: Setting) -> FaultyRobot:
     """Return a robot with a truck that is pushed aside twice for a moment, harder than its tyres hold."""
     truck, length = at.truck(), 0.2
-    times = [float(at.healthy.time[-1] * share) for share in at.chance.uniform(0.25, 0.45, 1)] + [
-        float(at.healthy.time[-1] * share) for share in at.chance.uniform(0.6, 0.85, 1)
-    ]
+    times = [at.moment(0.25, 0.45), at.moment(0.6, 0.85)]
     force = at.sign() * (1.15 * 9.81 * (at.robot.trucks[truck].mass + 2.5))
 
     def hook(scene: Scene, now: float) -> None:
