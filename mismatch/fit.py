@@ -93,8 +93,7 @@ class Fitted:
         """
         regression = self.regression
         raw = [data(windows, response(windows, ())) for windows in regression.windows]
-        nominal = regression.whitened([(push[:, :, None], seen[:, :, None]) for push, seen in raw])[:, 0]
-        return np.asarray(nominal - regression.white[:, 0])
+        return np.asarray(regression.whitened(raw)[:, 0] - regression.white[:, 0])
 
     def linear_model(self, rows: Array) -> tuple[Array, Array]:
         """Return the columns (V, K) of everything in rows (V, C), and the data (V,) of the nominal robot."""

@@ -108,7 +108,7 @@ def _quantity(effect: Effect, wheels: Sequence[str]) -> tuple[Callable[[Windows]
     if over == "wheel angle":
         order, column = getattr(effect, "order", 1.0), wheels.index(component)
         label = f"angle of {component}" + (f" x {order:g}" if order != 1.0 else "") + " [degrees]"
-        return lambda one: _turns(order * _at_ends(one, one.signals.block.angle[:, column])), label
+        return lambda one: _turns(order * one.at_ends(one.signals.block.angle[:, column])), label
     found: tuple[Callable[[Windows], Array], str] = (lambda one: one.time - one.time[0], "time [s]")
     if over == "joint angle":
         label = f"angle of joint_{'ab'[joint]} [degrees]"
@@ -118,7 +118,7 @@ def _quantity(effect: Effect, wheels: Sequence[str]) -> tuple[Callable[[Windows]
     if over == "link length":
         found = (lambda one: one.signals.reading[one.ends, 2]), "link length [m]"
     if over == "speed":
-        found = (lambda one: _at_ends(one, one.signals.block.speed.mean(axis=1))), "speed [m/s]"
+        found = (lambda one: one.at_ends(one.signals.block.speed.mean(axis=1))), "speed [m/s]"
     if over == "turn rate":
         found = partial(_turn_rate, truck), f"turn rate of truck {'ab'[truck]} [degrees/s]"
     return found
@@ -126,14 +126,9 @@ def _quantity(effect: Effect, wheels: Sequence[str]) -> tuple[Callable[[Windows]
 
 def _turn_rate(truck: int, windows: Windows) -> Array:
     block = windows.signals.block
-    return np.asarray(np.degrees(_at_ends(windows, block.twist[:, truck, 2] / block.period)))
+    return np.asarray(np.degrees(windows.at_ends(block.twist[:, truck, 2] / block.period)))
 
 
 def _turns(angle: Array) -> Array:
     """Return angles [rad] as degrees within one turn."""
     return np.asarray(np.degrees(angle % (2.0 * np.pi)))
-
-
-def _at_ends(windows: Windows, steps: Array) -> Array:
-    """Return the values of steps (N - 1,) at the windows' ends (M + 1,)."""
-    return np.concatenate((steps[:1], steps))[windows.ends]

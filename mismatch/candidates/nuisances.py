@@ -10,7 +10,7 @@ import numpy as np
 from omnimate.effects import EFFECTS
 from omnimate.effects.ageing import SYNC_SKEW
 from omnimate.mismatch.candidates.unknown import wheels_roll
-from omnimate.mismatch.recording.response import column, response
+from omnimate.mismatch.recording.response import column, joined, misread_columns, response
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,20 +46,18 @@ SPANS = (0.0, 0.05, 0.1)  # [s] over which the rate is taken, one sample at leas
 def nuisances(windows: Sequence[Windows]) -> list[Columns]:
     """Return of each recording the columns of what every robot has, each of one standard deviation.
 
-    They are inputs (M, 3 T, C) and measurements (M + 1, R, C).
+    A recording's late stamps have columns of their own; all else is shared.
     """
-    shared = [[*_drifts(single), *_gears(single), *_fields(single), *_answers(single)] for single in windows]
-    stamps = [_stamps(single) for single in windows]
-    first, count = len(shared[0]), len(shared[0]) + sum(map(len, stamps))
-    columns = []
-    for single, mine, late in zip(windows, shared, stamps, strict=True):
-        push = np.zeros((*single.drift.shape, count))
-        seen = np.zeros((*single.measured.shape, count))
-        places = (*range(len(mine)), *range(first, first + len(late)))
-        for number, (own_push, own_seen) in zip(places, (*mine, *late), strict=True):
-            push[:, :, number], seen[:, :, number] = own_push, own_seen
-        first += len(late)
-        columns.append((push, seen))
+    stamps, columns = [_stamps(own) for own in windows], []
+    has_poses = any(own.signals.poses is not None for own in windows)
+    for number, own in enumerate(windows):
+        late = [
+            stamp if at == number else np.zeros((*own.measured.shape, stamp.shape[2]))
+            for at, stamp in enumerate(stamps)
+        ]
+        fields = [_fields(own)] if has_poses else []  # where no pose was measured they are zeros, whitened
+        misread = np.concatenate([*fields, _answers(own), *late], axis=2)
+        columns.append(joined([_drifts(own), _gears(own), misread_columns(own, misread)]))
     return columns
 
 
@@ -75,25 +73,24 @@ def add_nuisances(regression: Regression) -> slice:
     return regression.extend(columns, [columns[0][0].shape[2]], keep=False)[0]
 
 
-def _stamps(windows: Windows) -> list[Columns]:
-    """Return the columns of a recording's poses that are stamped late, by a time that wanders."""
+def _stamps(windows: Windows) -> Array:
+    """Return the errors `(M + 1, R, C)` of poses that are stamped late, by a time that wanders."""
     signals = windows.signals
     if signals.poses is None:
-        return []
-    time, found = signals.time, []
+        return np.zeros((*windows.measured.shape, 0))
+    time = signals.time
     period = float(np.median(np.diff(time)))
 
     def late(when: Array, mode: int, samples: float) -> Array:
         return np.asarray(samples * period * np.cos(mode * np.pi * (when - time[0]) / (time[-1] - time[0])))
 
     wandering = MERGED if is_merged(signals) else WANDERING
+    measured = np.zeros((*windows.measured.shape, 1 + len(wandering)))
     for mode, samples in enumerate((LATE, *wandering)):
-        measured = np.zeros(windows.measured.shape)
         for truck in range(len(signals.trucks)):
-            first = windows.linkage + 3 * truck
-            measured[:, first : first + 3] = windows.aged(truck, partial(late, mode=mode, samples=samples))
-        found.append((np.zeros(windows.drift.shape), measured))
-    return found
+            error = windows.aged(truck, partial(late, mode=mode, samples=samples))
+            measured[:, windows.pose_rows(truck), mode] = error
+    return measured
 
 
 def is_merged(signals: Signals) -> bool:
@@ -105,25 +102,24 @@ def is_merged(signals: Signals) -> bool:
     return bool(np.all(np.abs(signals.time[at] - signals.poses.time) < SYNC_SKEW))
 
 
-def _answers(windows: Windows) -> list[Columns]:
-    """Return the columns of linkage readings that go with what was not foreseen of their rate.
+def _answers(windows: Windows) -> Array:
+    """Return the errors `(M + 1, R, C)` of linkage readings that go with what was not foreseen of their rate.
 
     They go with it by a steady time, and by one that grows.
     """
-    signals, found = windows.signals, []
-    grown = np.linspace(0.0, 1.0, len(windows.ends))
-    time, last = signals.block.time, np.maximum(windows.ends - 1, 0)
+    block, last = windows.signals.block, np.maximum(windows.ends - 1, 0)
+    grown, time = np.linspace(0.0, 1.0, len(windows.ends)), block.time
+    found = [np.zeros((*windows.measured.shape, 0))]
     for channel in range(windows.linkage):
-        reading = signals.block.reading[:, channel]
+        reading = block.reading[:, channel]
         for span in SPANS:
             first = np.clip(np.searchsorted(time, time[last] - span), 0, np.maximum(last - 1, 0))
             rate = (reading[last] - reading[first]) / np.maximum(time[last] - time[first], 1e-9)
             unforeseen = _unforeseen(rate)
-            for part in (unforeseen, grown * unforeseen):
-                measured = np.zeros(windows.measured.shape)
-                measured[:, channel] = ANSWER * part
-                found.append((np.zeros(windows.drift.shape), measured))
-    return found
+            measured = np.zeros((*windows.measured.shape, 2))
+            measured[:, channel] = ANSWER * np.stack([unforeseen, grown * unforeseen], axis=1)
+            found.append(measured)
+    return np.concatenate(found, axis=2)
 
 
 def _unforeseen(values: Array) -> Array:
@@ -133,17 +129,14 @@ def _unforeseen(values: Array) -> Array:
     return np.asarray(values - earlier @ np.linalg.lstsq(earlier, values)[0])
 
 
-def _drifts(windows: Windows) -> list[Columns]:
+def _drifts(windows: Windows) -> Columns:
     """Return the columns of wheels whose radius changes slowly: the first ones, `MODES` of each wheel."""
     waves = drift_waves(len(windows.signals.block))
-    found = []
-    for wheel in range(len(windows.signals.recording.vehicle.wheels)):
-        push, seen = wheels_roll(windows, (wheel,), waves)
-        found += [(push[:, :, mode], seen[:, :, mode]) for mode in range(MODES)]
-    return found
+    wheels = range(windows.rolled.shape[1])
+    return joined(wheels_roll(windows, (wheel,), waves) for wheel in wheels)
 
 
-def _gears(windows: Windows) -> list[Columns]:
+def _gears(windows: Windows) -> Columns:
     """Return the column of a play that the gears of all wheels have alike, as gears of one make do."""
     signals = windows.signals
     vehicle = signals.recording.vehicle
@@ -153,38 +146,25 @@ def _gears(windows: Windows) -> list[Columns]:
         for wheel in vehicle.wheels
         if (effect := kind.in_any_robot(wheel, vehicle)) is not None
     ]
-    return [column(response(windows, ()), response(windows, plays), 1.0)]
+    return column(response(windows, ()), response(windows, plays), 1.0)
 
 
-def _fields(windows: Windows) -> list[Columns]:
-    """Return the columns of poses whose error depends smoothly on place and heading.
+def _fields(windows: Windows) -> Array:
+    """Return the errors `(M + 1, R, C)` of poses that depend smoothly on place and heading.
 
     A field's mean slope is a scale, which a wand of known length gives; what bends stays.
     """
-    signals = windows.signals
-    if signals.poses is None:
-        return []
     found = []
-    for truck in range(len(signals.trucks)):
-        first, path = windows.linkage + 3 * truck, signals.path[windows.ends, truck]
+    for truck in range(len(windows.signals.trucks)):
+        path = windows.signals.path[windows.ends, truck]
         x, y = _across(path[:, 0]), _across(path[:, 1])
-        curves = (
-            x**2,
-            x * y,
-            y**2,
-            x**3,
-            x**2 * y,
-            x * y**2,
-            y**3,
-            np.cos(2.0 * path[:, 2]),
-            np.sin(2.0 * path[:, 2]),
-        )
-        for axis, size in enumerate(FIELD):
-            for curve in curves:
-                measured = np.zeros(windows.measured.shape)
-                measured[:, first + axis] = size * curve
-                found.append((np.zeros(windows.drift.shape), measured))
-    return found
+        bends = x**2, x * y, y**2, x**3, x**2 * y, x * y**2, y**3
+        curves = *bends, np.cos(2.0 * path[:, 2]), np.sin(2.0 * path[:, 2])
+        for row, size in enumerate(FIELD, windows.pose_rows(truck).start):
+            measured = np.zeros((*windows.measured.shape, len(curves)))
+            measured[:, row] = size * np.stack(curves, axis=1)
+            found.append(measured)
+    return np.concatenate(found, axis=2)
 
 
 def _across(place: Array) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from omnimate.effects.ageing import AgedSamples, Younger
 from omnimate.mismatch.noise.levels import filter_of
 from omnimate.mismatch.noise.whitening import adjoint
-from omnimate.mismatch.recording.response import brief_column, column, data, response
+from omnimate.mismatch.recording.response import brief_column, column, data, joined, moved_columns, response
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -62,8 +62,7 @@ class Regression:
 
     def __post_init__(self) -> None:
         self.responses = [response(windows, self.base) for windows in self.windows]
-        columns = [data(windows, base) for windows, base in zip(self.windows, self.responses, strict=True)]
-        self.raw = [(push[:, :, None], seen[:, :, None]) for push, seen in columns]
+        self.raw = [data(windows, base) for windows, base in zip(self.windows, self.responses, strict=True)]
         self._whiten(self.windows)
 
     def with_noise(self, noise: NoiseLevels, windows: Sequence[Windows] | None = None) -> Regression:
@@ -166,10 +165,8 @@ class Regression:
         if isinstance(effect, AgedSamples):
             return
         others = [other for other in self.base if other is not effect]
-        raw = []
-        for base, windows in zip(self.responses, self.windows, strict=True):
-            push, seen = column(base, response(windows, others), -size)
-            raw.append((push[:, :, None], seen[:, :, None]))
+        parts = zip(self.responses, self.windows, strict=True)
+        raw = [column(base, response(windows, others), -size) for base, windows in parts]
         self.white = self.white.copy()
         self.white[:, place] = self.whitened(raw)
 
@@ -190,7 +187,12 @@ class Regression:
     def _raw_of(self, terms: Sequence[Term]) -> list[Columns]:
         probes = [(probe, term.size) for term in terms for probe in term.probes]
         return [
-            _stacked([self._column(number, probe, size) for probe, size in probes], windows)
+            joined(
+                [
+                    moved_columns(windows, np.zeros((*windows.drift.shape, 0))),
+                    *(self._column(number, probe, size) for probe, size in probes),
+                ]
+            )
             for number, windows in enumerate(self.windows)
         ]
 
@@ -225,15 +227,5 @@ class Regression:
         if edges[-1] > first:
             self.white = np.hstack([self.white, self.whitened(raw)])
         if keep:
-            self.raw = [
-                (np.concatenate((push, more), axis=2), np.concatenate((seen, other), axis=2))
-                for (push, seen), (more, other) in zip(self.raw, raw, strict=True)
-            ]
+            self.raw = [joined(pair) for pair in zip(self.raw, raw, strict=True)]
         return [slice(start, end) for start, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)]
-
-
-def _stacked(pairs: Sequence[Columns], windows: Windows) -> Columns:
-    """Return columns side by side: inputs (M, 3 T, C) and measurements (M + 1, R, C)."""
-    if not pairs:
-        return np.zeros((*windows.drift.shape, 0)), np.zeros((*windows.measured.shape, 0))
-    return np.stack([push for push, _ in pairs], axis=2), np.stack([seen for _, seen in pairs], axis=2)

@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.block import LINKAGE
 from omnimate.mismatch.candidates.quantities import shared_quantities
 from omnimate.mismatch.candidates.terms import UNKNOWN, UNKNOWN_PRIOR, Term
+from omnimate.mismatch.recording.response import joined, misread_columns, moved_columns
 from omnimate.mismatch.recording.windows import pushed_by_curves
 
 if TYPE_CHECKING:
@@ -69,16 +71,14 @@ def unknown_terms(regression: Regression) -> tuple[list[Term], list[int], Array]
 def _columns(windows: Windows, shared: Curves) -> tuple[list[tuple[tuple[str, str, str], int]], Columns]:
     """Return columns of all errors, and how many are of each component, what it acts on, and quantity."""
     level = np.ones(len(windows.signals.block))
-    groups, pushes, seen = [], [], []
+    groups, columns = [], []
     for error in errors(windows):
         curves, constant = [], [] if error.constant_is_calibrated else [level]
         for quantity, values in shared.items():
             groups.append(((error.component, error.acts_on, quantity), len(constant) + len(values)))
             curves += [*constant, *values]
-        push, shown = error.build(np.stack(curves, axis=1))
-        pushes.append(push)
-        seen.append(shown)
-    return groups, (np.concatenate(pushes, axis=2), np.concatenate(seen, axis=2))
+        columns.append(error.build(np.stack(curves, axis=1)))
+    return groups, joined(columns)
 
 
 def errors(windows: Windows) -> list[Error]:
@@ -93,11 +93,14 @@ def errors(windows: Windows) -> list[Error]:
             Error(side, "", partial(_way, windows, numbers), constant_is_calibrated=True)
             for side, numbers in (("left", (0, 2)), ("right", (1, 3)))
         ]
+    block = signals.block
     for number, truck in enumerate(signals.trucks):
-        found.append(Error(truck, "creep", partial(_side, windows, number)))
-        found.append(Error(truck, "turn", partial(_turn, windows, number), constant_is_calibrated=True))
-        found.append(Error(truck, "yaw", partial(_yaw, windows, number)))
-    for row, name in enumerate(("joint_a", "joint_b", "link")[: windows.linkage]):
+        way, yaw = PER_METRE * np.abs(block.twist[:, number, 0]), PER_TURN * block.twist[:, number, 2]
+        turn = partial(_moves, windows, number, 2, yaw)
+        found.append(Error(truck, "creep", partial(_moves, windows, number, 1, way)))
+        found.append(Error(truck, "turn", turn, constant_is_calibrated=True))
+        found.append(Error(truck, "yaw", partial(_moves, windows, number, 2, way / block.wheelbase[number])))
+    for row, name in enumerate(LINKAGE[: windows.linkage]):
         found.append(Error(name, "reading", partial(_reading, windows, (row,))))
     if signals.poses is not None:
         for axis in range(3):
@@ -129,40 +132,22 @@ def _way(windows: Windows, wheels: tuple[int, ...], curves: Array) -> Columns:
     return wheels_roll(windows, wheels, PER_METRE * curves)
 
 
-def _side(windows: Windows, truck: int, curves: Array) -> Columns:
-    """Return the columns of a truck that creeps sideways by curves per metre."""
-    block = windows.signals.block
-    twist = np.zeros_like(block.twist)
-    twist[:, truck, 1] = PER_METRE * np.abs(block.twist[:, truck, 0])
-    return _pushed(windows, twist, curves)
-
-
-def _yaw(windows: Windows, truck: int, curves: Array) -> Columns:
-    """Return the columns of a truck that yaws by curves per metre."""
-    block = windows.signals.block
-    twist = np.zeros_like(block.twist)
-    twist[:, truck, 2] = PER_METRE / block.wheelbase[truck] * np.abs(block.twist[:, truck, 0])
-    return _pushed(windows, twist, curves)
-
-
-def _turn(windows: Windows, truck: int, curves: Array) -> Columns:
-    """Return the columns of a truck that turns by curves more per angle."""
-    block = windows.signals.block
-    twist = np.zeros_like(block.twist)
-    twist[:, truck, 2] = PER_TURN * block.twist[:, truck, 2]
+def _moves(windows: Windows, truck: int, axis: int, size: Array, curves: Array) -> Columns:
+    """Return the columns of a truck that moves along an axis of its twist by curves of a size `(N - 1,)`."""
+    twist = np.zeros_like(windows.signals.block.twist)
+    twist[:, truck, axis] = size
     return _pushed(windows, twist, curves)
 
 
 def _pushed(windows: Windows, twist: Array, curves: Array) -> Columns:
-    inputs = pushed_by_curves(windows.signals, windows.ends, twist, curves)
-    return -inputs, np.zeros((*windows.measured.shape, curves.shape[1]))
+    return moved_columns(windows, -pushed_by_curves(windows.signals, windows.ends, twist, curves))
 
 
 def _reading(windows: Windows, rows: tuple[int, ...], curves: Array) -> Columns:
     """Return the columns of sensors that read curves too much."""
     measured = np.zeros((*windows.measured.shape, curves.shape[1]))
-    at = np.concatenate((curves[:1], curves))[windows.ends]
+    at = windows.at_ends(curves)
     for row in rows:
         angle = row < 2 if row < windows.linkage else (row - windows.linkage) % 3 == 2
         measured[:, row] = (ANGLE if angle else LENGTH) * at
-    return np.zeros((*windows.drift.shape, curves.shape[1])), measured
+    return misread_columns(windows, measured)

@@ -15,7 +15,7 @@ from omnimate.mismatch.recording.signals import about
 from omnimate.mismatch.recording.windows import pushed
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from omnimate.effects.block import Block
     from omnimate.effects.effect import Effect
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
 
-Columns = tuple["Array", "Array"]
+Columns = tuple["Array", "Array"]  # C columns: inputs `(M, 3 T, C)` and measurements `(M + 1, R, C)`
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +63,9 @@ def response(windows: Windows, effects: Sequence[Effect]) -> Response:
     inputs = windows.drift + (pushed(signals, windows.ends, more) if np.any(more) else 0.0)
     offset = np.zeros(windows.measured.shape)
     if windows.linkage:
-        before = np.maximum(windows.ends - 1, 0)  # a step's reading is that at its end
-        offset[:, :3] = block.reading[before] - signals.block.reading[before]
+        offset[:, :3] = windows.at_ends(block.reading - signals.block.reading)
     for number, truck in enumerate(signals.trucks):
-        pose = slice(windows.linkage + 3 * number, windows.linkage + 3 * number + 3)
+        pose = windows.pose_rows(number)
         path = signals.path[windows.ends, number]
         for effect in effects:
             if isinstance(effect, AgedSamples) and effect.acts_at() == "poses":
@@ -80,9 +79,25 @@ def _age(effect: AgedSamples, start: float, time: Array) -> Array:
     return effect.age(time, start)
 
 
+def joined(parts: Iterable[Columns]) -> Columns:
+    """Return columns of one recording side by side."""
+    inputs, measured = zip(*parts, strict=True)
+    return np.concatenate(inputs, axis=2), np.concatenate(measured, axis=2)
+
+
+def moved_columns(windows: Windows, inputs: Array) -> Columns:
+    """Return the columns of inputs `(M, 3 T, C)` that no sensor misreads."""
+    return inputs, np.zeros((*windows.measured.shape, inputs.shape[2]))
+
+
+def misread_columns(windows: Windows, measured: Array) -> Columns:
+    """Return the columns of errors of measurements `(M + 1, R, C)` that do not move the robot."""
+    return np.zeros((*windows.drift.shape, measured.shape[2])), measured
+
+
 def data(windows: Windows, base: Response) -> Columns:
-    """Return the column of the data about a base: inputs `(M, 3 T)` and measurements `(M + 1, R)`."""
-    return base.inputs, windows.measured - base.offset
+    """Return the column of the data about a base."""
+    return base.inputs[..., None], (windows.measured - base.offset)[..., None]
 
 
 def brief_column(
@@ -109,9 +124,11 @@ def brief_column(
         block = signals.block.between(int(ends[0]), int(ends[-1]))
         more = replay(block, [*base, effect]).twist - replay(block, base).twist
         inputs[first:last] = -pushed(signals, ends, more) / step
-    return inputs, np.zeros(windows.measured.shape)
+    return moved_columns(windows, inputs[..., None])
 
 
 def column(base: Response, changed: Response, step: float) -> Columns:
     """Return the column of an effect: the difference to the base over a step of its parameter."""
-    return (base.inputs - changed.inputs) / step, (changed.offset - base.offset) / step
+    return ((base.inputs - changed.inputs) / step)[..., None], ((changed.offset - base.offset) / step)[
+        ..., None
+    ]

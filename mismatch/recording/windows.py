@@ -19,7 +19,7 @@ from omnimate.vehicle.floor import floor_covariance
 from omnimate.vehicle.se2 import Array, wrap
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
@@ -81,6 +81,14 @@ class Windows:
         """Number of rows of the linkage, 3 or 0; the rows of poses follow, three for each truck."""
         return int(self.signals.reading.shape[1])
 
+    def at_ends(self, steps: Array) -> Array:
+        """Return the values of steps `(N - 1, ...)` at the windows' ends, `(M + 1, ...)`."""
+        return np.asarray(steps[np.maximum(self.ends - 1, 0)])
+
+    def pose_rows(self, truck: int) -> slice:
+        """Return the rows of the pose of a truck, by its number."""
+        return slice(self.linkage + 3 * truck, self.linkage + 3 * truck + 3)
+
     def aged(self, truck: int, age: Callable[[Array], Array]) -> Array:
         """Return the error `(M + 1, 3)` of poses of a truck that are older than their time stamps.
 
@@ -98,14 +106,9 @@ class Windows:
         return error
 
 
-def windows_of(signals: Signals, dense: Sequence[tuple[float, float]] = ()) -> Windows:
-    """Return the linear model of a recording.
-
-    Args:
-        signals: Signals of the recording.
-        dense: Intervals (start, end) [s] in which every sample ends a window, to resolve an event.
-    """
-    ends = _ends(signals, dense)
+def windows_of(signals: Signals) -> Windows:
+    """Return the linear model of a recording."""
+    ends = _ends(signals)
     trucks, wheels, linkage = len(signals.trucks), 2 * len(signals.trucks), signals.reading.shape[1]
     states, count = 3 * trucks + linkage + 2 * wheels, len(ends) - 1
     path = signals.path[ends]
@@ -163,7 +166,7 @@ def _start_and_stop(signals: Signals, ends: NDArray[np.int64], rolled: Array, ro
             rounding[affected, pose, pose] += np.diag(STARTUP_SIGMA**2) / max(len(affected), 1)
 
 
-def _ends(signals: Signals, dense: Sequence[tuple[float, float]]) -> NDArray[np.int64]:
+def _ends(signals: Signals) -> NDArray[np.int64]:
     """Return the samples at which windows end: evenly spaced, and where sparse poses were measured.
 
     No window ends where a wheel's frame is missing: an interpolated angle is no reading.
@@ -172,9 +175,6 @@ def _ends(signals: Signals, dense: Sequence[tuple[float, float]]) -> NDArray[np.
     wanted = [grid(time)]
     if signals.poses is not None and len(signals.poses.time) * WINDOW < time[-1] - time[0]:
         wanted.append(np.searchsorted(time, signals.poses.time).clip(max=len(time) - 1))
-    for start, end in dense:
-        inside = recording.between(start, end)
-        wanted.append(np.arange(inside.start, inside.stop))
     ends = np.unique(np.concatenate(wanted))
     present = np.logical_and.reduce([recording.is_present(wheel) for wheel in recording.vehicle.wheels])
     complete = np.flatnonzero(present)

@@ -317,8 +317,8 @@ def _harmonics(regression: Regression, conditionals: Sequence[ConditionalFit]) -
     for number, wheel in enumerate(wheels_of(regression)):
         travel = []
         for windows in regression.windows:
-            angle = windows.signals.block.angle[:, number]
-            phase = np.outer(np.concatenate((angle[:1], angle))[windows.ends], np.repeat(ORDERS, 2))
+            angle = windows.at_ends(windows.signals.block.angle[:, number])
+            phase = np.outer(angle, np.repeat(ORDERS, 2))
             quarter = np.tile([0.0, 0.5 * np.pi], len(ORDERS))
             travel.append(np.diff(np.cos(phase + quarter), axis=0))
         columns = regression.whiten_travel(number, travel)

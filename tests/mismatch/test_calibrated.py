@@ -87,3 +87,16 @@ def test_late_stamps_of_one_recording_are_no_business_of_another(drive, watched)
     late = 2 * (1 + len(WANDERING))
     assert np.array_equal(power[:, -late:] > 0.0, np.repeat(np.eye(2, dtype=bool), late // 2, axis=1))
     assert np.all(power[:, :-late] > 0.0)
+
+
+def test_recordings_with_and_without_poses_share_nuisances_in_any_order(drive, watched):
+    recordings = watched(drive(laps=1)), drive(laps=1, seed=5)
+    models = [windows_of(signals_of(recording)) for recording in recordings]
+
+    def columns(order):
+        regression = Regression([models[number] for number in order], DEFAULT_LEVELS, ())
+        white = regression.white[:, add_nuisances(regression)]
+        return [white[regression.rows_of(order.index(number))] for number in (0, 1)]
+
+    for one, other in zip(columns([0, 1]), columns([1, 0]), strict=True):
+        assert one == pytest.approx(other, abs=1e-9)

@@ -26,9 +26,9 @@ from omnimate.mismatch.investigate import (
 )
 from omnimate.mismatch.learn.law_terms import law_of, observed
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, NoiseLevels
-from omnimate.mismatch.recording.response import Columns, Response, column, response
+from omnimate.mismatch.recording.response import column, response
 from omnimate.mismatch.recording.signals import signals_of
-from omnimate.mismatch.recording.windows import Windows, windows_of
+from omnimate.mismatch.recording.windows import windows_of
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.se2 import Array
 from studies.mismatch.engines.cases import cases, seed_of
@@ -158,7 +158,7 @@ def _posterior(recording: Recording, effect: Effect, noise: NoiseLevels | None =
         nuisances.add(startup_nuisances(library, signals))
         nuisances.extend(
             [
-                _columns(base, windows, (effect,))
+                column(base, response(windows, (effect,)), 1.0)
                 for windows, base in zip(nuisances.windows, nuisances.responses, strict=True)
             ],
             [1],
@@ -183,16 +183,10 @@ def _part(posterior: Posterior, conditional: ConditionalFit, effects: tuple[Effe
     """Return what effects would explain of a drive's rows, `(V,)`."""
     regression = posterior.regression
     raw = [
-        _columns(base, windows, effects)
+        column(base, response(windows, effects), 1.0)
         for windows, base in zip(regression.windows, regression.responses, strict=True)
     ]
     return np.asarray(conditional.project_out(regression.whitened(raw))[:, 0])
-
-
-def _columns(base: Response, windows: Windows, effects: tuple[Effect, ...]) -> Columns:
-    """Return what effects do to a recording as one column."""
-    push, seen = column(base, response(windows, effects), 1.0)
-    return push[:, :, None], seen[:, :, None]
 
 
 def _gain(conditional: ConditionalFit, part: Array) -> float:
