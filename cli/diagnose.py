@@ -76,7 +76,7 @@ def diagnose(
 
 def _triage(recordings: Sequence[Recording], json_out: Path | None) -> None:
     """Print, and write, whether there is a mismatch at all."""
-    from omnimate.mismatch.triage.triage import triage as ask
+    from omnimate.mismatch.triage import triage as ask
 
     answer = ask(recordings)
     if json_out is not None:
@@ -112,7 +112,7 @@ def _diagnose_folder(folder: Path, *, triage: bool) -> tuple[Path, str]:
     from omnimate.files.recordings.folder import load_recording
     from omnimate.mismatch import Diagnosis
     from omnimate.mismatch import diagnose as ask
-    from omnimate.mismatch.triage.triage import triage as ask_triage
+    from omnimate.mismatch.triage import triage as ask_triage
 
     try:
         recordings = [load_recording(folder)]

@@ -24,7 +24,7 @@ from omnimate.fleet.features import (
 from omnimate.fleet.model.evidence import weigh_segments
 from omnimate.fleet.segments import JOINT_NUMBERS, PARAMETERS, cut_segments
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.triage.triage import triage
+from omnimate.mismatch.triage import triage
 from omnimate.vehicle.errors import OmnimateError
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.odometry import truck_travel

@@ -17,7 +17,7 @@ from subprocess import DEVNULL, run
 
 from omnimate.files.recordings.folder import save_recording
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.triage.triage import triage
+from omnimate.mismatch.triage import triage
 from studies.benchmark import OMNIMATE, best, duration, options
 from studies.speed.diagnose_speed import simulated
 

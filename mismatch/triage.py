@@ -10,8 +10,8 @@ levels are estimated coarsely, and nothing is searched or fitted.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,12 +20,13 @@ from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.doubts import SUREST
 from omnimate.mismatch.answer.findings import blind, unseen_in_words
 from omnimate.mismatch.answer.rivals import POSSIBLE
+from omnimate.mismatch.answer.where import channels_of, laps_at, places_at
 from omnimate.mismatch.candidates.pushes import push
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import smooth_terms, term
 from omnimate.mismatch.description.far_off import far_off
 from omnimate.mismatch.description.first_look import first_look
-from omnimate.mismatch.diagnosis import ASSERTED, Alternative
+from omnimate.mismatch.diagnosis import ASSERTED, Alternative, Where, as_plain
 from omnimate.mismatch.evidence.search import ranked_candidates
 from omnimate.mismatch.investigate import (
     posterior_with_background,
@@ -33,24 +34,25 @@ from omnimate.mismatch.investigate import (
     whiten_with_estimated_noise,
 )
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS
+from omnimate.mismatch.recording.folds import SHORTEST
 from omnimate.mismatch.recording.signals import WINDOW, signals_of
 from omnimate.mismatch.recording.validate import check, too_little
 from omnimate.mismatch.recording.windows import windows_of
 from omnimate.mismatch.scans.disturbances import power
 from omnimate.mismatch.scans.events import SEEN, lost_travel_z_scores, spans
-from omnimate.mismatch.triage.answer import Triage
-from omnimate.mismatch.triage.blocks import where
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.mismatch.candidates.terms import Term
-    from omnimate.mismatch.diagnosis import Key, Where
+    from omnimate.mismatch.diagnosis import Key, Verdict
     from omnimate.mismatch.evidence.conditional_fit import Judgement
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
 
+Interval = tuple[float, float]
 
 SAMPLES = 3  # in a window of a thinned recording: enough for an acceleration and a reversal
 PUSH_CHI_SQUARE = 16.27  # with three degrees of freedom, noise exceeds it in one window of a thousand
@@ -59,6 +61,39 @@ MAX_CELLS = 16  # of a recording, of which intervals are composed
 # [standard deviations] root mean square of the residual that is a mismatch, whether or not a candidate
 # explains it; with the estimated noise levels it is about one.
 MAX_RESIDUAL = 2.0
+EXPLAINED_FRACTION = 0.5  # of what a candidate explains that the reported blocks contain
+MAX_BLOCK_FRACTION = 0.25  # of all blocks; in more, it acts all along the drive
+
+
+@dataclass(frozen=True, slots=True)
+class Triage:
+    """Triage of recordings of one robot.
+
+    Attributes:
+        verdict: agreement, mismatch or insufficient.
+        says: The verdict in a sentence; for "insufficient", what to record.
+        robot: Name of the vehicle.
+        recordings: Names of the recordings, in order.
+        probability: Probability of any mismatch; from 0.5 on the verdict is a mismatch.
+        where: The signals on which it shows, and the blocks of time that hold half of it; no interval where
+            it acts all along the drive.
+        closest: Effects that explain it best, each considered alone, most probable first.
+        heldout: Gain in log density of held-out data by the best of them [nat].
+    """
+
+    verdict: Verdict
+    says: str
+    robot: str
+    recordings: tuple[str, ...]
+    probability: float = 0.0
+    where: Where = field(default_factory=Where)
+    closest: tuple[Alternative, ...] = ()
+    heldout: float = 0.0
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the JSON object."""
+        answer: dict[str, Any] = as_plain(self)
+        return answer
 
 
 def triage(recordings: Sequence[Recording]) -> Triage:
@@ -95,7 +130,7 @@ def triage(recordings: Sequence[Recording]) -> Triage:
             best, judgement = max(judged, key=lambda pair: pair[1].log_odds)
             columns = conditional.residual_columns(posterior.candidates.columns(best))
             part, gain = columns @ judgement.coefficients, judgement.heldout_gain
-        seen = where(posterior.regression, conditional.residual, part)
+        seen = _where(posterior.regression, conditional.residual, part)
         says = _says(seen, closest)
         return Triage("mismatch", says, robot, names, probability, seen, closest, gain)
     unseen = blind(posterior)
@@ -201,3 +236,53 @@ def _says(seen: Where, closest: Sequence[Alternative]) -> str:
         f"{f'It looks most like {near}' if near else 'No single effect comes near it'}; "
         "run the whole diagnosis."
     )
+
+
+def _where(regression: Regression, before: Array, part: Array) -> Where:
+    """Return where and when a candidate explains the residual.
+
+    Args:
+        regression: Regression of the recordings.
+        before: Whitened residual of the data without the candidate, `(V,)`.
+        part: Part of it that the candidate explains, `(V,)`.
+    """
+    intervals = _intervals(regression, before**2 - (before - part) ** 2)
+    signals = [windows.signals for windows in regression.windows]
+    return Where(
+        channels_of(regression, part),
+        intervals,
+        "" if intervals else "all along the drive",
+        laps_at(intervals, signals),
+        places_at(intervals, signals),
+    )
+
+
+def _intervals(regression: Regression, by_row: Array) -> tuple[Interval, ...]:
+    """Return the fewest blocks with half of the decrease of chi-square (V,); none where they are many."""
+    blocks: list[tuple[int, Interval]] = []
+    decrease: list[float] = []
+    time = regression.time
+    for number, windows in enumerate(regression.windows):
+        start, end = float(windows.time[0]), float(windows.time[-1])
+        edges = np.linspace(start, end, max(1, round((end - start) / SHORTEST)) + 1)
+        rows = regression.rows_of(number)
+        block = np.clip(np.searchsorted(edges, time[rows], side="right") - 1, 0, len(edges) - 2)
+        decrease += np.bincount(block, weights=by_row[rows], minlength=len(edges) - 1).tolist()
+        blocks += [(number, (a, b)) for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)]
+    order = np.argsort(decrease)[::-1]
+    total = np.cumsum(np.asarray(decrease)[order])
+    count = int(np.searchsorted(total, EXPLAINED_FRACTION * sum(decrease))) + 1
+    if count > MAX_BLOCK_FRACTION * len(blocks):
+        return ()
+    return _joined([blocks[at] for at in sorted(order[:count].tolist())])
+
+
+def _joined(blocks: list[tuple[int, Interval]]) -> tuple[Interval, ...]:
+    """Return blocks in order of time, adjacent ones of one recording as one interval."""
+    joined: list[tuple[int, Interval]] = []
+    for owner, (start, end) in blocks:
+        if joined and joined[-1][0] == owner and joined[-1][1][1] == start:
+            joined[-1] = owner, (joined[-1][1][0], end)
+        else:
+            joined.append((owner, (start, end)))
+    return tuple(interval for _, interval in joined)

@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.files.recordings.folder import load_recording
 from omnimate.mismatch.recording.signals import WINDOW
-from omnimate.mismatch.triage.triage import SAMPLES, thinned, triage
+from omnimate.mismatch.triage import SAMPLES, thinned, triage
 from studies.mismatch.engines.wide.cases import KINDS, make
 
 HEALTHY = 20

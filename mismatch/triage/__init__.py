@@ -1,1 +1,0 @@
-"""A quick test of recordings for any mismatch, and where it is."""
