@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from omnimate.effects.effect import WHEEL
 from omnimate.mismatch.candidates.nuisances import nuisances
-from omnimate.mismatch.candidates.regression import Regression
+from omnimate.mismatch.candidates.regression import Regression, slices_of
 from omnimate.mismatch.candidates.terms import calibrated_terms
 from omnimate.mismatch.evidence.density import MEMBER_SIZE
 from omnimate.mismatch.evidence.rows import whiten_nuisances
@@ -54,8 +53,7 @@ class Acting:
 
     def covariances(self) -> list[Array]:
         """Return the covariance of each term's coefficients."""
-        edges = np.cumsum([0, *(len(values) for values in self.values)]).tolist()
-        return [self.covariance[start:end, start:end] for start, end in itertools.pairwise(edges)]
+        return [self.covariance[part, part] for part in slices_of(map(len, self.values))]
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,8 +132,7 @@ def fitted(
     every += [single for single in calibrated_terms(signals) if single.key not in keys]
     known = np.concatenate([np.zeros(0), *values, *(_begun(single, start) for single in every[count:])])
     widths = [len(single.probes) for single in every]
-    edges = np.cumsum([0, *widths]).tolist()
-    own = [slice(first, last) for first, last in itertools.pairwise(edges)]
+    own = slices_of(widths)
     for single, at in zip(every, own, strict=True):
         known[at] = known[at] if single.held is None else single.held
     prior = prior_of(every, count)
@@ -166,15 +163,14 @@ def fitted(
             if single.positive:
                 known[at] = np.maximum(known[at], 0.0)
     covariance = np.linalg.inv(precision).astype(np.float64)
-    parts = []
-    for first, last in ((0, count), (count, len(every))):
-        some = slice(first, last)
-        inside = slice(edges[first], edges[last])
-        coefficients = tuple(known[at] for at in own[some])
-        parts.append(
-            Acting(tuple(every[some]), coefficients, effects[some], places[some], covariance[inside, inside])
-        )
-    return Fitted(regression, parts[0], parts[1], nuisance)
+    values, width = tuple(known[at] for at in own), sum(widths[:count])
+
+    def acting(some: slice, inside: slice) -> Acting:
+        own_covariance = covariance[inside, inside]
+        return Acting(tuple(every[some]), values[some], effects[some], places[some], own_covariance)
+
+    chosen, calibrated = acting(slice(count), slice(width)), acting(slice(count, None), slice(width, None))
+    return Fitted(regression, chosen, calibrated, nuisance)
 
 
 def prior_of(terms: Sequence[Term], count: int) -> Array:

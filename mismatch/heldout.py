@@ -12,8 +12,6 @@ from omnimate.mismatch.evidence.rows import whiten_nuisances
 from omnimate.mismatch.recording.folds import folds_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from omnimate.effects.effect import Effect
@@ -74,7 +72,7 @@ def held_out(nominal: Regression, fit: Fitted, kind: Kind | None = None) -> Held
     columns, origin = _shared(fit, rows)
     kind = kind or _kind(regression, columns)
     stretches = tuple(folds_of(regression.windows, kind))
-    folds = _of_rows(regression, stretches)
+    folds = regression.of_rows(stretches)
     effects, gain = [], []
     for fold in range(max(int(own.max()) for own in stretches) + 1):  # nothing may be measured in some
         mine = folds == fold
@@ -105,18 +103,11 @@ def predicts_better(richer: Fitted, simpler: Fitted) -> bool:
     return float(more.sum()) > float(np.sqrt(len(more)) * more.std(ddof=1)) if len(more) > 1 else True
 
 
-def _of_rows(fitted: Regression, stretches: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
-    """Return the number (V,) of the stretch of each row."""
-    return np.array(
-        [stretches[owner][moment] for owner, moment in zip(fitted.owner, fitted.moment, strict=True)]
-    )
-
-
 def _kind(fitted: Regression, columns: Array) -> Kind:
     """Return the longest stretches that may be left out, all parameters being told by the rest."""
     whole = (columns**2).sum(axis=0)
     for kind in ("laps", "blocks"):
-        folds = _of_rows(fitted, folds_of(fitted.windows, kind))
+        folds = fitted.of_rows(folds_of(fitted.windows, kind))
         inside = [(columns[folds == fold] ** 2).sum(axis=0) for fold in range(int(folds.max()) + 1)]
         if np.all(np.max(inside, axis=0) < _MOST * whole):
             return kind

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.mismatch.candidates.nuisances import add_nuisances
+from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.terms import UNKNOWN, is_near, mounted_terms, smooth_terms, term
 from omnimate.mismatch.candidates.unknown import unknown_terms
 from omnimate.mismatch.evidence.candidates import Candidates
@@ -278,10 +278,9 @@ def _with_unknown(posterior: Posterior, start: Sequence[int]) -> Posterior:
         log_odds = np.array([term.odds for term in offered]) + conditional.log_bayes_factors(columns, widths)
         order = np.argsort(-log_odds, kind="stable").tolist()
         best += [number for number in order[:UNKNOWN_OFFERED] if number not in best]
-    groups = np.split(columns, np.cumsum(widths)[:-1], axis=1)
-    first = regression.append(np.hstack([groups[number] for number in best])).start
-    edges = first + np.cumsum([0, *(widths[number] for number in best)])
-    places = [slice(int(start), int(end)) for start, end in itertools.pairwise(edges)]
+    groups = slices_of(widths)
+    added = regression.append(np.hstack([columns[:, groups[number]] for number in best]))
+    places = slices_of((widths[number] for number in best), added.start)
     return posterior.with_more([offered[number] for number in best], places)
 
 
@@ -309,8 +308,7 @@ def _refined(posterior: Posterior, members: Sequence[int]) -> tuple[list[Term], 
                 for member in same
                 for time, value in zip(chosen[member].fixed["times"], values[member], strict=True)
             )
-            tries = sum(len(windows.ends) for windows in regression.windows)
-            terms.append(term(*key, tries, times=tuple(time for time, _ in pairs)))
+            terms.append(term(*key, regression.window_count, times=tuple(time for time, _ in pairs)))
             sizes.append(np.array([value for _, value in pairs]))
         else:
             terms += [chosen[member] for member in same]

@@ -181,7 +181,7 @@ def _candidates(signals: Sequence[Signals]) -> Posterior:
 def _moments(posterior: Posterior) -> list[Term]:
     """Return the most significant bump under each wheel and push of each truck, if they are significant."""
     regression, candidates = posterior.regression, []
-    tries = sum(len(windows.ends) for windows in regression.windows)
+    tries = regression.window_count
     pushes = regression.push_scores(posterior.given(()).residual)
     for windows, (scores, informations) in zip(regression.windows, pushes, strict=True):
         z_scores = lost_travel_z_scores(windows, scores, informations)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import expit, logsumexp
 
+from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.evidence.density import log_evidence
 from omnimate.mismatch.fit import prior_of
 
@@ -22,11 +23,8 @@ if TYPE_CHECKING:
     from omnimate.mismatch.fit import Acting, Fitted
     from omnimate.vehicle.se2 import Array
 
-SIZES = (
-    1.0,
-    0.3,
-    0.1,
-)  # declared ones, of what a robot that was never calibrated is off by: per cent to per mille
+# Declared ones, of what a robot that was never calibrated is off by: per cent to per mille.
+SIZES = (1.0, 0.3, 0.1)
 
 
 def averaged(fit: Fitted) -> Acting:
@@ -37,8 +35,8 @@ def averaged(fit: Fitted) -> Acting:
         return acting
     share = _needed(fit, numbers)
     values, effects, covariance = list(acting.values), list(acting.effects), acting.covariance.copy()
-    edges = np.cumsum([0, *(len(each) for each in acting.values)])
-    inside = np.concatenate([np.arange(edges[number], edges[number + 1]) for number in numbers])
+    parts = slices_of(map(len, acting.values))
+    inside = np.concatenate([np.arange(parts[number].start, parts[number].stop) for number in numbers])
     fitted = np.concatenate(acting.values)[inside]
     block = np.ix_(inside, inside)
     covariance[block] = share * covariance[block] + share * (1.0 - share) * np.outer(fitted, fitted)

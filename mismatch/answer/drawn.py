@@ -70,11 +70,8 @@ def _signature(
     power = np.bincount(fitted.channel, weights=predicted**2)
     channel = int(np.argmax(power))
     along, label = quantity(effect, fitted.windows)
-    at = np.concatenate(along)
     mine = fitted.channel == channel
-    owners, moments = fitted.owner[mine], fitted.moment[mine]
-    starts = np.concatenate(([0], np.cumsum([len(one) for one in along])))
-    values = at[starts[owners] + moments]
+    values = fitted.of_rows(along)[mine]
     edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1)))
     if len(edges) < 3:
         return None

@@ -10,7 +10,6 @@ NeuroImage 141, 2016).
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -19,6 +18,7 @@ import numpy as np
 
 from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.quantities import shared_quantities
+from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.terms import UNKNOWN_PRIOR
 from omnimate.mismatch.recording.folds import folds_of
 from omnimate.mismatch.recording.pose_outliers import MAD_TO_SIGMA
@@ -114,8 +114,7 @@ def leftover(posterior: Posterior, members: Iterable[int]) -> Leftover:
     curves = shared_quantities([windows.signals for windows in regression.windows])
     stacked = [np.stack([curve for own in drive.values() for curve in own], axis=1) for drive in curves]
     widths = [len(own) for own in curves[0].values()]
-    edges = 2 * np.cumsum([0, *widths])
-    folds = folds_of(regression.windows)
+    folds = regression.of_rows(folds_of(regression.windows))
     chance = np.random.default_rng(0)
     found, gains = [], []
     for channel in np.unique(regression.channel):
@@ -126,24 +125,11 @@ def leftover(posterior: Posterior, members: Iterable[int]) -> Leftover:
         own = innovations[mine]
         scale = max(MAD_TO_SIGMA * float(np.median(np.abs(own))), 0.3 * float(own.std()), 1e-9)
         own = np.clip(own / scale, -OUTLYING, OUTLYING)
-        fold = np.concatenate(
-            [
-                number[regression.moment[mine][regression.owner[mine] == owner]]
-                for owner, number in enumerate(folds)
-            ]
-        )
         data = np.column_stack([own, _null(own, stretch[mine], chance)])
-        for name, (start, end) in zip(curves[0], itertools.pairwise(edges.tolist()), strict=True):
-            gains.append(_heldout_gain(columns[:, start:end], data, fold))
-            found.append(
-                (
-                    names[channel],
-                    name,
-                    max(float(own @ own), len(own) / scale**2),
-                    mine,
-                    columns[:, start:end],
-                )
-            )
+        square = max(float(own @ own), len(own) / scale**2)
+        for name, part in zip(curves[0], slices_of(2 * width for width in widths), strict=True):
+            gains.append(_heldout_gain(columns[:, part], data, folds[mine]))
+            found.append((names[channel], name, square, mine, columns[:, part]))
     if not gains:
         return Leftover(1.0)
     gain = np.array(gains)
@@ -171,13 +157,12 @@ def _now_and_before(
     owner, moment = regression.owner[mine], regression.moment[mine]
     now, before = [], []
     for number, (windows, own) in enumerate(zip(regression.windows, curves, strict=True)):
-        at, ends = moment[owner == number], np.maximum(windows.ends - 1, 0)
-        now.append(own[ends[at]])
-        before.append(own[ends[np.maximum(at - 1, 0)]])
+        at, at_ends = moment[owner == number], windows.at_ends(own)
+        now.append(at_ends[at])
+        before.append(at_ends[np.maximum(at - 1, 0)])
     there = np.concatenate(now)
     change = there - np.concatenate(before)
-    parts = np.split(np.arange(there.shape[1]), np.cumsum(widths)[:-1])
-    columns = np.hstack([np.hstack([there[:, part], change[:, part]]) for part in parts])
+    columns = np.hstack([np.hstack([there[:, part], change[:, part]]) for part in slices_of(widths)])
     return np.asarray(columns - columns.mean(axis=0))
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.stats import chi2
 
 from omnimate.mismatch.answer.uncertainty import sigmas
+from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.diagnosis import Parameter, Repeats
 from omnimate.mismatch.evidence.density import MEMBER_SIZE
 from omnimate.mismatch.evidence.rows import whiten_nuisances
@@ -49,8 +49,8 @@ def _alone(fit: Fitted, recording: int) -> list[Estimate]:
     precision = columns.T @ columns + np.eye(columns.shape[1]) / MEMBER_SIZE**2
     covariance: Array = np.linalg.inv(precision).astype(np.float64)
     own: Array = covariance @ (columns.T @ data)
-    edges = np.cumsum([0, *(len(values) for _, _, values in fit.everything())]).tolist()
-    return [(own[start:end], covariance[start:end, start:end]) for start, end in itertools.pairwise(edges)]
+    parts = slices_of(len(values) for _, _, values in fit.everything())
+    return [(own[part], covariance[part, part]) for part in parts]
 
 
 def _repeats(term: Term, values: Array, alone: Sequence[Estimate]) -> Repeats:

@@ -93,10 +93,6 @@ class PushTerm(Term):
         """From when to when it acts [s]."""
         return [(time, time + self.fixed["lasting"]) for time in self.fixed["times"]]
 
-    def fine(self) -> Term:
-        """Return itself: a push is linear."""
-        return self
-
 
 def push(truck: str, time: float, tries: int, lasting: float = WINDOW) -> PushTerm:
     """Return the candidate of a push.

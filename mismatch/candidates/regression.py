@@ -7,8 +7,9 @@ of effects; the same filter whitens the data and the columns.
 from __future__ import annotations
 
 import copy
+import itertools
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from omnimate.mismatch.noise.whitening import adjoint
 from omnimate.mismatch.recording.response import brief_column, column, data, joined, moved_columns, response
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from omnimate.mismatch.recording.response import Columns, Response
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
+
+Number = TypeVar("Number", np.float64, np.int64)
 
 _CHUNK = 128  # columns that are whitened at once, to bound memory
 
@@ -86,8 +89,16 @@ class Regression:
     @property
     def time(self) -> Array:
         """Time of each row on its recording's clock, `(V,)` [s]."""
-        times = [windows.time for windows in self.windows]
-        return np.array([times[owner][at] for owner, at in zip(self.owner, self.moment, strict=True)])
+        return self.of_rows([windows.time for windows in self.windows])
+
+    @property
+    def window_count(self) -> int:
+        """Number of windows' ends of all recordings: at so many moments something may begin."""
+        return sum(len(windows.ends) for windows in self.windows)
+
+    def of_rows(self, values: Sequence[NDArray[Number]]) -> NDArray[Number]:
+        """Return for each row `(V,)` one of the values that each recording has at its windows' ends."""
+        return np.concatenate([own[self.moment[self.rows_of(at)]] for at, own in enumerate(values)])
 
     def coefficients(self) -> Array:
         """Return the coefficients `(C - 1,)` of all columns that fit the data best."""
@@ -223,9 +234,14 @@ class Regression:
     def extend(self, raw: Sequence[Columns], widths: Sequence[int], *, keep: bool = True) -> list[slice]:
         """Add columns, inputs (M, 3 T, C) and measurements (M + 1, R, C) of each recording, in groups."""
         first = self.white.shape[1]
-        edges = first + np.concatenate(([0], np.cumsum(widths))).astype(int)
-        if edges[-1] > first:
-            self.white = np.hstack([self.white, self.whitened(raw)])
+        if sum(widths):
+            self.append(self.whitened(raw))
         if keep:
             self.raw = [joined(pair) for pair in zip(self.raw, raw, strict=True)]
-        return [slice(start, end) for start, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)]
+        return slices_of(widths, first)
+
+
+def slices_of(widths: Iterable[int], first: int = 0) -> list[slice]:
+    """Return where groups of so many columns are that follow each other from the first column on."""
+    edges = np.cumsum([first, *widths]).tolist()
+    return [slice(start, end) for start, end in itertools.pairwise(edges)]

@@ -176,9 +176,7 @@ class Term:
 
     def fine(self) -> Term:
         """Return the term with probes of a-priori size, as slopes about what was found."""
-        if self.size == 1.0:
-            return self
-        return replace(term(self.effect, self.component, **self.fixed), odds=self.odds)
+        return self if self.size == 1.0 else self.at()
 
     @property
     def linear(self) -> str:

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.evidence.density import (
     MEMBER_SIZE,
     background_log_bayes_factor,
@@ -67,22 +68,21 @@ class Judgement:
     """Odds, fit and evidence of a candidate, given a set.
 
     Attributes:
-        log_odds: Log posterior odds that it is there: prior odds, and the smaller of the next two.
-        log_bayes_factor: Log Bayes factor against none, with overdispersed noise.
-        heldout_gain: Gain in log predictive density of held-out data, with overdispersed noise.
         coefficients: Its size, in declared ones, shape `(k,)`.
         covariance: Of them, shape `(k, k)`.
         overdispersion: Factor by which squares of noise exceed those of white noise.
+        log_odds: Log posterior odds that it is there: prior odds, and the smaller of the log Bayes factor
+            against none and of the gain in log predictive density, both with overdispersed noise.
+        heldout_gain: Gain in log predictive density of held-out data, with overdispersed noise.
         white_log_odds: Log posterior odds if noise is white: by these, rivals, which share it, are compared.
         white_log_evidence: The same without the prior odds.
     """
 
-    log_odds: float
-    log_bayes_factor: float
-    heldout_gain: float
     coefficients: Array
     covariance: Array
-    overdispersion: float
+    overdispersion: float = 1.0
+    log_odds: float = IMPOSSIBLE
+    heldout_gain: float = IMPOSSIBLE
     white_log_odds: float = IMPOSSIBLE
     white_log_evidence: float = IMPOSSIBLE
 
@@ -188,15 +188,14 @@ class ConditionalFit:
 
     def _member_discrepancies(self) -> Array:
         """Return one standard deviation of each member's discrepancy from its law, `(V, k)`."""
-        terms, white = self.candidates.terms, self.candidates.regression.white
-        columns = white[:, [column for member in self.members for column in self.candidates.columns(member)]]
+        white, ranges = self.candidates.regression.white, [*map(self.candidates.columns, self.members)]
+        columns = white[:, [column for own in ranges for column in own]]
         precision = columns.T @ columns + np.eye(columns.shape[1]) / MEMBER_SIZE**2
         sizes = np.linalg.solve(precision, columns.T @ white[:, 0])
-        parts, first = [np.zeros((len(white), 0))], 0
-        for member in self.members:
-            part = slice(first, first + len(self.candidates.columns(member)))
-            parts.append(terms[member].discrepancy * columns[:, part] @ sizes[part, None])
-            first = part.stop
+        parts = [np.zeros((len(white), 0))]
+        for member, part in zip(self.members, slices_of(map(len, ranges)), strict=True):
+            discrepancy = self.candidates.terms[member].discrepancy
+            parts.append(discrepancy * columns[:, part] @ sizes[part, None])
         return np.hstack(parts)
 
     def _nearly_cancels(self, sizes_with: Array) -> bool:
@@ -240,12 +239,10 @@ class ConditionalFit:
     def log_bayes_factors(self, columns: Array, widths: Sequence[int]) -> Array:
         """Return the log Bayes factors (K,) of candidates with so many of further columns (V, C) each."""
         columns, shared, coefficients = self._with_nuisances(columns)
-        score, factors, first = self._score(columns, coefficients), [], 0
-        for width in widths:
-            part = slice(first, first + width)
+        score, factors = self._score(columns, coefficients), []
+        for part in slices_of(widths):
             gram = columns[:, part].T @ columns[:, part] - shared[:, part].T @ coefficients[:, part]
             factors.append(float(log_bayes_factor(gram, score[part])))
-            first += width
         return np.array(factors)
 
     def _with_nuisances(self, columns: Array) -> tuple[Array, Array, Array]:
@@ -290,16 +287,12 @@ class ConditionalFit:
     def _approximate_log_odds(self) -> Array:
         """Approximate log odds of all candidates."""
         products, terms = self._products.residual, self.candidates.terms
-        log_odds = np.array(
-            [self.candidates.odds(candidate, self.members) for candidate in range(len(terms))]
-        )
+        log_odds = np.array([self.candidates.odds(number, self.members) for number in range(len(terms))])
         for group in self.candidates.groups_of_equal_shape():
             count = group.sizes.shape[1]
             first = group.columns.shape[1] - count
-            gram, score = (
-                products[group.columns[:, :, None], group.columns[:, None, :]],
-                products[group.columns, 0],
-            )
+            gram = products[group.columns[:, :, None], group.columns[:, None, :]]
+            score = products[group.columns, 0]
             background = background_log_bayes_factor(gram[:, first:, first:], score[:, first:], group.sizes)
             gram, score = without_background_prior(gram, score, group.sizes)
             log_odds[group.numbers] += log_bayes_factor(gram, score) - background
@@ -342,7 +335,7 @@ class ConditionalFit:
         sizes_with = self._member_coefficients([0])[:, 0] - self._member_coefficients(columns) @ fitted
         if invisible or self._nearly_cancels(sizes_with):
             covariance = np.linalg.inv(gram + prior).astype(np.float64)
-            return Judgement(IMPOSSIBLE, IMPOSSIBLE, IMPOSSIBLE, fitted, covariance, 1.0)
+            return Judgement(fitted, covariance)
         after, discrepancy_gain = residual - rows @ fitted, 0.0
         if term.stretches and term.effect != "unknown":
             weight = self._discrepancy_weights(term.discrepancy * rows @ fitted, after)
@@ -357,7 +350,7 @@ class ConditionalFit:
         absurd = np.any(np.abs(coefficients) > LINEAR_RANGE * term.largest)
         prior_log_odds = self.candidates.odds(candidate, self.members)
         if (term.positive and np.any(coefficients < 0.0)) or absurd:
-            return Judgement(IMPOSSIBLE, IMPOSSIBLE, IMPOSSIBLE, coefficients, covariance, overdispersion)
+            return Judgement(coefficients, covariance, overdispersion)
         folds = self._products_by_fold(rows, residual)
         heldout_gain = heldout_log_density_gain(*folds, overdispersion) + discrepancy_gain / overdispersion
         if heldout_gain > 0.0 and not term.is_local:
@@ -371,12 +364,11 @@ class ConditionalFit:
             white_gain = heldout_log_density_gain(*folds, 1.0) + discrepancy_gain
         white_log_evidence = min(white_evidence, white_gain)
         return Judgement(
-            prior_log_odds + min(evidence, heldout_gain),
-            evidence,
-            heldout_gain,
             coefficients,
             covariance,
             overdispersion,
+            prior_log_odds + min(evidence, heldout_gain),
+            heldout_gain,
             prior_log_odds + white_log_evidence,
             white_log_evidence,
         )

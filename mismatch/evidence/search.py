@@ -49,11 +49,9 @@ def search(posterior: Posterior, start: Iterable[int] = ()) -> Members:
     return _prune(posterior, members)
 
 
-def ranked_candidates(
-    posterior: Posterior, conditional: ConditionalFit, excluded_candidates: Iterable[int] = ()
-) -> list[int]:
+def ranked_candidates(posterior: Posterior, conditional: ConditionalFit) -> list[int]:
     """Return the candidates that may join a set, by their approximate odds, the best first."""
-    terms, excluded = posterior.terms, set(excluded_candidates)
+    terms = posterior.terms
     used_keys = {terms[candidate].key for candidate in conditional.members if not terms[candidate].is_event}
     named = {  # a wrong number is constant, and what is unknown varies: a component may have both
         terms[candidate].component
@@ -65,19 +63,16 @@ def ranked_candidates(
         for candidate in conditional.members
         for time in (*terms[candidate].fixed.get("times", ()), *_onset(terms[candidate]))
     ]
-    log_odds = {
-        candidate: conditional.approximate_log_odds(candidate)
+    allowed = [
+        candidate
         for candidate, term in enumerate(terms)
         if candidate not in conditional.members
-        and candidate not in excluded
         and term.key not in used_keys
         and not (term.is_unknown and not term.is_event and term.component in named)
         and not _repeats_event(term.component, term.fixed.get("times", ()), occupied)
-    }
-    return sorted(
-        (candidate for candidate in log_odds if log_odds[candidate] > IMPOSSIBLE),
-        key=lambda candidate: -log_odds[candidate],
-    )
+        and conditional.approximate_log_odds(candidate) > IMPOSSIBLE
+    ]
+    return sorted(allowed, key=lambda candidate: -conditional.approximate_log_odds(candidate))
 
 
 def is_push(term: Term) -> bool:
@@ -113,11 +108,9 @@ def _repeats_event(component: str, times: Sequence[float], occupied: Sequence[tu
     )
 
 
-def best(
-    posterior: Posterior, conditional: ConditionalFit, count: int = FULLY_JUDGED
-) -> tuple[int, Judgement] | None:
+def _best(posterior: Posterior, conditional: ConditionalFit) -> tuple[int, Judgement] | None:
     """Return the best candidate to join a set, judged in full."""
-    shortlist = ranked_candidates(posterior, conditional)[:count]
+    shortlist = ranked_candidates(posterior, conditional)[:FULLY_JUDGED]
     judged = list(zip(shortlist, conditional.judge_all(shortlist), strict=True))
     winner = _best_of(judged)
     named = [pair for pair in judged if not posterior.terms[pair[0]].is_unknown and pair[1].log_odds > 0.0]
@@ -148,24 +141,16 @@ def _grow(posterior: Posterior, members: Members) -> Members:
     """Return a set with candidates added as long as that raises the odds."""
     while len(members) < MAX_MEMBERS:
         conditional = posterior.given(members)
-        winner = best(posterior, conditional)
-        if (
-            winner is not None
-            and winner[1].log_odds > 0.0
-            and _is_likelier_with(posterior, members, (winner[0],))
-        ):
+        winner, evidence = _best(posterior, conditional), posterior.evidence(members)
+        if winner and winner[1].log_odds > 0.0 and posterior.evidence({*members, winner[0]}) > evidence:
             events = _with_certain_events(posterior, conditional, winner[0])[: MAX_MEMBERS - len(members)]
             members = tuple(sorted({*members, *events}))
             continue
-        pair = _best_pair(posterior, conditional, posterior.evidence(members))
+        pair = _best_pair(posterior, conditional, evidence)
         if pair is None:
             return members
         members = tuple(sorted({*members, *pair}))
     return members
-
-
-def _is_likelier_with(posterior: Posterior, members: Members, more: Sequence[int]) -> bool:
-    return posterior.evidence({*members, *more}) > posterior.evidence(members)
 
 
 def _with_certain_events(posterior: Posterior, conditional: ConditionalFit, first: int) -> list[int]:
@@ -292,19 +277,14 @@ def _exchange(posterior: Posterior, members: Members) -> Members:
             continue
         rest = tuple(member for member in members if member != old)
         conditional = posterior.given(rest)
-        pair = (
-            None
-            if posterior.terms[old].is_event
-            else _best_pair(posterior, conditional, posterior.evidence(members))
-        )
-        if pair is not None:
-            members = tuple(sorted({*rest, *pair}))
-            continue
-        replacement = (
-            _best_event_at(posterior, conditional, old)
-            if posterior.terms[old].is_event
-            else best(posterior, conditional)
-        )
+        if posterior.terms[old].is_event:
+            replacement = _best_event_at(posterior, conditional, old)
+        else:
+            pair = _best_pair(posterior, conditional, posterior.evidence(members))
+            if pair is not None:
+                members = tuple(sorted({*rest, *pair}))
+                continue
+            replacement = _best(posterior, conditional)
         if replacement is None or replacement[0] == old:
             continue
         judgement = conditional.judge(old)

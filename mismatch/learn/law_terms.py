@@ -47,10 +47,6 @@ class LawTerm(Term):
         values = coefficients * np.array([value for value, _ in self.summands])
         return replace(self.law, formula=formula_of(values, [text for _, text in self.summands]))
 
-    def fine(self) -> Term:
-        """Return itself: a law is linear."""
-        return self
-
 
 def learned(posterior: Posterior, conditional: ConditionalFit, unknown: Term) -> list[LawTerm]:
     """Return the law of an unknown error as terms with unit coefficients; none where none is learned.

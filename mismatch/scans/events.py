@@ -75,7 +75,7 @@ def _bumps(regression: Regression, conditional: ConditionalFit, push_scores: Pus
     The onset of each is the most significant one of `ONSETS`.
     """
     bumps = []
-    tries = _window_count(regression)
+    tries = regression.window_count
     for windows, (scores, informations) in zip(regression.windows, push_scores, strict=True):
         z_scores = lost_travel_z_scores(windows, scores, informations)
         for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
@@ -101,7 +101,7 @@ def push_terms(regression: Regression, push_scores: Sequence[PushScores]) -> lis
         push_scores: Scores and informations of pushes, given each of some sets of effects.
     """
     pushes: list[Term] = []
-    tries = _window_count(regression)
+    tries = regression.window_count
     for of_set in push_scores:
         for windows, (scores, informations) in zip(regression.windows, of_set, strict=True):
             for number, truck in enumerate(windows.signals.trucks):
@@ -114,11 +114,6 @@ def push_terms(regression: Regression, push_scores: Sequence[PushScores]) -> lis
                     for begin, end in _lasting(windows.time, strength, peaks)
                 ]
     return merged([], pushes)
-
-
-def _window_count(regression: Regression) -> int:
-    """Return the number of windows of all recordings."""
-    return sum(len(windows.ends) for windows in regression.windows)
 
 
 def _lasting(time: Array, strength: Array, peaks: Sequence[int]) -> list[tuple[float, float]]:
@@ -190,7 +185,7 @@ def spans(
     edges = [_cells(windows, max_cells) for windows in regression.windows]
     firsts = np.cumsum([0, *(len(of_recording) - 1 for of_recording in edges)])
     begins = np.concatenate([of_recording[:-1] for of_recording in edges])
-    tries = _window_count(regression)
+    tries = regression.window_count
     candidates = []
     for number, wheel in enumerate(wheels_of(regression)):
         travel = [

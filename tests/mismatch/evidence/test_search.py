@@ -116,7 +116,7 @@ def test_of_rivals_that_may_be_there_the_likelier_wins_though_it_leaves_noise_th
     """A spread is the noise's, which rivals share: it says whether anything is there, and not which."""
 
     def judged(worth, spread, rank):
-        return Judgement(worth, worth, worth, np.ones(1), np.eye(1), spread, rank)
+        return Judgement(np.ones(1), np.eye(1), spread, worth, worth, rank)
 
     likelier, whiter, absent = judged(177.0, 2.1, 350.0), judged(300.0, 1.2, 340.0), judged(-1.0, 9.0, 400.0)
     assert _best_of([(0, likelier), (1, whiter), (2, absent)]) == (0, likelier)
