@@ -185,7 +185,7 @@ def _moments(posterior: Posterior) -> list[Term]:
     pushes = regression.push_scores(posterior.given(()).residual)
     for windows, (scores, informations) in zip(regression.windows, pushes, strict=True):
         z_scores = lost_travel_z_scores(windows, scores, informations)
-        for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
+        for number, wheel in enumerate(map(str, windows.signals.wheels)):
             at = int(np.argmax(z_scores[:, number]))
             if z_scores[at, number] > SEEN:
                 times = (float(windows.time[at]) + 0.25 * WINDOW,)

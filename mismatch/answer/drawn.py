@@ -93,7 +93,7 @@ def _signature(
 
 def quantity(effect: Effect, windows: Sequence[Windows]) -> tuple[list[Array], str]:
     """Return what an effect depends on, at every window's end of each recording, and what that is called."""
-    build, label = _quantity(effect, list(windows[0].signals.recording.vehicle.wheels))
+    build, label = _quantity(effect, list(windows[0].signals.wheels))
     return [build(one) for one in windows], label
 
 

@@ -61,7 +61,7 @@ def quantities(signals: Signals, moving: Container[str]) -> Curves:
         "distance": waves(along, (1, 2, 3))[::2],
         "SYNC period": bends(block.period),
     }
-    for number, wheel in enumerate(signals.recording.vehicle.wheels):
+    for number, wheel in enumerate(signals.wheels):
         curves[f"angle of {wheel}"] = waves(block.angle[:, number], (1, 2, 3))
         if number < 2:
             curves[f"speed of {wheel}"] = bends(block.speed[:, number])

@@ -324,9 +324,10 @@ def components_of(signals: Signals) -> set[str]:
 
 def _speeds(signals: Sequence[Signals], component: str) -> list[float]:
     """Return speeds [m/s] between those that a wheel was driven at; none for other components."""
-    if component not in signals[0].recording.vehicle.wheels:
+    wheels = [str(wheel) for wheel in signals[0].wheels]
+    if component not in wheels:
         return []
-    number = signals[0].recording.vehicle.wheels.index(component)
+    number = wheels.index(component)
     speed = np.concatenate([np.abs(one.block.speed[:, number]) for one in signals])
     speed = speed[speed > 0.02]
     if len(speed) == 0:

@@ -85,7 +85,7 @@ def errors(windows: Windows) -> list[Error]:
     """Return every error that a robot may have."""
     signals = windows.signals
     found = []
-    wheels = [str(wheel) for wheel in signals.recording.vehicle.wheels]
+    wheels = [str(wheel) for wheel in signals.wheels]
     for number, wheel in enumerate(wheels):
         found.append(Error(wheel, "travel", partial(_way, windows, (number,)), constant_is_calibrated=True))
     if len(wheels) == 4:

@@ -35,28 +35,17 @@ def far_off(recordings: Sequence[Recording], look: Look) -> Diagnosis:
     names = tuple(recording.source for recording in recordings)
     sides = (*_diameter(look, truck, 0), *_diameter(look, truck, 1))
     findings = (*_wiring(look), *_wheelbase(look, truck), *sides)
-    says = f"{' '.join(finding.says for finding in findings)} {_missed(look)}"
-    depends = tuple(quantity for finding in findings for quantity in finding.depends_on)
-    left = min(1.0, (look.heldout / look.nominal) ** 2)
-    fit = _fit(look)
-    return Diagnosis("mismatch", says, findings, fit, left, depends, robot.name, names, (_ADVICE,))
-
-
-def _missed(look: Look) -> str:
-    return (
+    says = (
+        f"{' '.join(finding.says for finding in findings)} "
         f"Plain odometry misses {1e3 * look.nominal:.0f} mm over up to {STRETCH:g} s as described, and "
         f"{1e3 * look.heldout:.0f} mm on stretches that no number was fitted to."
     )
-
-
-def _fit(look: Look) -> Fit:
-    before = look.nominal / look.train
-    return Fit(
-        METRIC.format(STRETCH),
-        Change(before, 1.0),
-        Change(before, look.heldout / look.train),
-        noise={f"odometry over up to {STRETCH:g} s [m]": look.train},
-    )
+    depends = tuple(quantity for finding in findings for quantity in finding.depends_on)
+    left = min(1.0, (look.heldout / look.nominal) ** 2)
+    before, after = look.nominal / look.train, look.heldout / look.train
+    noise = {f"odometry over up to {STRETCH:g} s [m]": look.train}
+    fit = Fit(METRIC.format(STRETCH), Change(before, 1.0), Change(before, after), noise=noise)
+    return Diagnosis("mismatch", says, findings, fit, left, depends, robot.name, names, (_ADVICE,))
 
 
 def _wiring(look: Look) -> tuple[Finding, ...]:

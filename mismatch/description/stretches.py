@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.recording.signals import WINDOW, bridged, integrated
+from omnimate.mismatch.recording.signals import WINDOW, bridged, integrated, poses_at
+from omnimate.vehicle.odometry import wheels_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from omnimate.vehicle.parameters import Truck, TruckName
-    from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.recording import Poses, Recording
     from omnimate.vehicle.se2 import Array
 
 # [s] long enough for travel to exceed a pose's error, short against the heading error of a swapped wheel
@@ -67,13 +68,12 @@ class Stretches:
             ratios: Effective over nominal left diameter, right diameter and wheelbase, `(3,)`.
             scrub: Growth of the wheelbase per curvature [m], as in `turn_scrub`.
         """
-        radii = 0.5 * np.array([self.truck.wheel_diameter_left, self.truck.wheel_diameter_right])
-        left, right = (turned * radii * ratios[:2]).T
+        left, right = (turned * np.array(self.truck.radii) * ratios[:2]).T
         across, forward = 0.5 * (right - left) / ratios[2], 0.5 * (right + left)
         yaw = 2.0 * across / self.truck.wheelbase
         yaw /= 1.0 + scrub * np.abs(yaw) / np.maximum(np.hypot(forward, across), 1e-12)
         driven = integrated(np.stack([forward, np.zeros_like(yaw), yaw], axis=1), np.zeros(3))
-        x, y, heading = (np.interp(self.at, np.arange(len(driven)), axis) for axis in driven.T)
+        x, y, heading = poses_at(self.at, np.arange(float(len(driven))), driven).T
         path = x + 1j * y - self.mean(x + 1j * y)
         goal = self.position - self.mean(self.position)
         return self._rows(path * self._aligning(path, goal, heading) - goal, self._turns(heading))
@@ -107,19 +107,21 @@ def stretches_of(recordings: Sequence[Recording], truck: TruckName) -> Stretches
     turned, at, poses, stretch = [], [], [], []
     steps = count = 0
     for recording in recordings:
-        wheels = [wheel for wheel in recording.vehicle.wheels if wheel.startswith(truck)]
-        angles = [bridged(recording, wheel, recording.wheel_angle(wheel)) for wheel in wheels]
+        angles = [bridged(recording, wheel, recording.wheel_angle(wheel)) for wheel in wheels_of(truck)]
         angle = np.stack(angles, axis=1)
         turned.append(np.diff(angle, axis=0, append=angle[-1:]))
-        time, pose = _thinned(recording, truck)
-        number = _numbers(time, recording.time)
+        steps_before, steps = steps, steps + len(recording)
+        if recording.poses is None:
+            continue
+        thinned = _thinned(recording.poses.of(truck), recording.time)
+        number = _numbers(thinned.time, recording.time)
         enough = np.bincount(number, minlength=1)[number] >= MIN_POSES
-        at.append(steps + np.interp(time[enough], recording.time, np.arange(len(recording.time))))
-        poses.append(pose[enough])
+        step = np.interp(thinned.time[enough], recording.time, np.arange(len(recording)))
+        at.append(steps_before + step)
+        poses.append(thinned.pose[enough])
         names, renumbered = np.unique(number[enough], return_inverse=True)
         stretch.append(count + renumbered)
         count += len(names)
-        steps += len(recording.time)
     if count == 0:
         return None
     pose = np.concatenate(poses)
@@ -133,14 +135,11 @@ def stretches_of(recordings: Sequence[Recording], truck: TruckName) -> Stretches
     )
 
 
-def _thinned(recording: Recording, truck: TruckName) -> tuple[Array, Array]:
-    """Return times (P,) and poses (P, 3) of a truck with known positions, one in each window at most."""
-    if recording.poses is None:
-        return np.zeros(0), np.zeros((0, 3))
-    poses, time = recording.poses.of(truck), recording.time
-    known = np.isfinite(poses.pose[:, :2]).all(axis=1) & (poses.time >= time[0]) & (poses.time <= time[-1])
-    first = np.unique(np.floor((poses.time[known] - time[0]) / WINDOW), return_index=True)[1]
-    return poses.time[known][first], poses.pose[known][first]
+def _thinned(poses: Poses, clock: Array) -> Poses:
+    """Return the poses with known positions within a recording's time, one in each window at most."""
+    inside = (poses.time >= clock[0]) & (poses.time <= clock[-1])
+    poses = poses.select(np.isfinite(poses.pose[:, :2]).all(axis=1) & inside)
+    return poses.select(np.unique(np.floor((poses.time - clock[0]) / WINDOW), return_index=True)[1])
 
 
 def _numbers(time: Array, clock: Array) -> NDArray[np.int64]:

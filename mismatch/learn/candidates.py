@@ -41,8 +41,6 @@ KNOTS = 40  # of the exported curve; linear interpolation between them misses un
 MOMENTS = 160  # of a drive, at which an error may begin
 COARSE, MAX_LENGTH = 4, 8  # an error may last from every fourth of them to one of the next eight of these
 
-Text = tuple[str, str]  # what a coefficient multiplies, and its unit
-
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Candidate:
@@ -65,11 +63,11 @@ class Term(Candidate):
     """Summands of a formula that enter it together.
 
     Attributes:
-        texts: What the coefficient of each column multiplies, and its unit.
+        texts: What the coefficient of each column multiplies.
         sizes: Root mean square of each over the drive, by which its column is divided, shape `(b,)`.
     """
 
-    texts: tuple[Text, ...]
+    texts: tuple[str, ...]
     sizes: Array
 
 
@@ -99,47 +97,46 @@ def terms(variables: Mapping[str, Array]) -> Iterator[Term]:
     shape = next(iter(variables.values())).shape
     moving = {name: values for name, values in variables.items() if np.ptp(values) > 0.0}
     for kind, *texts in _texts(moving):
-        columns = [np.broadcast_to(parse(text).value(variables), shape) for text, _ in texts]
+        columns = [np.broadcast_to(parse(text).value(variables), shape) for text in texts]
         basis = np.stack(columns, axis=1)
         sizes = np.sqrt(np.mean(basis**2, axis=0))
         spreads = SIZES[:, None] * np.ones(len(texts))
         yield Term(kind=kind, basis=basis / sizes, spreads=spreads, texts=tuple(texts), sizes=sizes)
 
 
-def _texts(variables: Mapping[str, Array]) -> Iterator[tuple[str, *tuple[Text, ...]]]:
+def _texts(variables: Mapping[str, Array]) -> Iterator[tuple[str, ...]]:
     """Yield the kind of each term and what its coefficients multiply."""
-    yield "constant", ("1", "1")
+    yield "constant", "1"
     for name in variables:
-        yield "line", (name, VARIABLES[name].unit)
+        yield "line", name
     plain = [name for name, values in variables.items() if not _is_periodic(name, values)]
     for name in plain:
-        unit, values = VARIABLES[name].unit, variables[name]
-        rms = f"{math.sqrt(np.mean(values**2)):.6g}"
-        yield "bent", (f"{name}^2", f"({unit})^2")
-        yield "bent", (f"1 / (1 + abs({name}) / {rms})", "1")
+        values = variables[name]
+        yield "bent", f"{name}^2"
+        yield "bent", f"1 / (1 + abs({name}) / {math.sqrt(np.mean(values**2)):.6g})"
         if values.min() < 0.0 < values.max():
-            yield "bent", (f"abs({name})", unit)
-            yield "bent", (f"sign({name})", "1")
+            yield "bent", f"abs({name})"
+            yield "bent", f"sign({name})"
     for first, second in itertools.combinations(plain, 2):
-        yield "product", (f"{first} * {second}", f"{VARIABLES[first].unit} {VARIABLES[second].unit}")
+        yield "product", f"{first} * {second}"
     if "time" in plain:
         yield from _stretches(variables["time"])
     for name in variables:
         if VARIABLES[name].unit == "rad":
             for order in range(1, 1 + (MAX_WHEEL_ORDER if name == WHEEL_ANGLE else MAX_ORDER)):
                 angle = name if order == 1 else f"{order} * {name}"
-                yield "wave", (f"sin({angle})", "1"), (f"cos({angle})", "1")
+                yield "wave", f"sin({angle})", f"cos({angle})"
 
 
-def _stretches(time: Array) -> Iterator[tuple[str, Text]]:
+def _stretches(time: Array) -> Iterator[tuple[str, str]]:
     """Yield errors that begin at a moment, and those that last from one moment to another."""
     moments = [f"sign(time - {at:.6g})" for at in np.linspace(time.min(), time.max(), MOMENTS + 2)[1:-1]]
     for start in moments:
-        yield "step", (start, "1")
+        yield "step", start
     coarse = moments[::COARSE]
     for first, start in enumerate(coarse):
         for end in coarse[first + 1 : first + 1 + MAX_LENGTH]:
-            yield "stretch", (f"({start} - {end})", "1")
+            yield "stretch", f"({start} - {end})"
 
 
 def curves(variables: Mapping[str, Array]) -> Iterator[Curve]:

@@ -11,15 +11,14 @@ from omnimate.effects.law import Law
 from omnimate.effects.variables import Motion, available_variables
 from omnimate.mismatch.candidates.terms import Term
 from omnimate.mismatch.candidates.unknown import errors, sizes_of
-from omnimate.mismatch.learn.learn import learn
-from omnimate.mismatch.learn.learned import formula_of
+from omnimate.mismatch.learn.learn import formula_of, learn
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from omnimate.mismatch.evidence.conditional_fit import ConditionalFit
     from omnimate.mismatch.evidence.posterior import Posterior
-    from omnimate.mismatch.learn.learned import LearnedLaw
+    from omnimate.mismatch.learn.learn import LearnedLaw
     from omnimate.vehicle.se2 import Array
 
 
@@ -131,7 +130,7 @@ def _terms(law: LearnedLaw, odds: float) -> list[LawTerm]:
                 for at, value in enumerate(effect.ordinates)
             )
         else:
-            summands = tuple(zip(law.coefficients.tolist(), law.names, strict=True))
+            summands = tuple(zip(law.coefficients.tolist(), law.texts, strict=True))
             probes = tuple(replace(effect, formula=formula_of([value], [text])) for value, text in summands)
         terms.append(LawTerm("law", effect.component, probes, {}, odds, False, 1.0, effect, summands))
     return terms

@@ -1,19 +1,20 @@
-"""Learn a law from residuals."""
+"""Learn a law from residuals, as effects."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from omnimate.effects.law import Law
-from omnimate.mismatch.learn.candidates import curves, terms
+from omnimate.mismatch.candidates.regression import slices_of
+from omnimate.mismatch.learn.candidates import Curve, Term, curves, terms
 from omnimate.mismatch.learn.choice import choose, error, options_of
 from omnimate.mismatch.learn.evidence import Products
-from omnimate.mismatch.learn.learned import LearnedLaw
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -24,6 +25,68 @@ if TYPE_CHECKING:
 CHUNK = 64  # candidates whose columns are computed at once: all of them would need twice the memory
 MIN_FOLDS = 3  # one is held out, and among the others each is held out in turn
 NOISE_TOLERANCE = 1.05  # [1] a smaller excess of the noise changes no evidence by more than a tenth: 1.05^2
+
+
+@dataclass(frozen=True, slots=True)
+class LearnedLaw:
+    """A law, and its gain on held-out data.
+
+    Attributes:
+        effects: One effect with a formula, or one with a curve for each variable.
+        texts: For each coefficient of a formula the text that it multiplies; empty for curves.
+        coefficients: Values of the coefficients of a formula, shape `(c,)`.
+        gain: Log density of each fold, predicted by a law chosen and fitted without it, minus that without a
+            law, shape `(K,)` [nat].
+    """
+
+    effects: tuple[Law, ...]
+    texts: tuple[str, ...]
+    coefficients: Array
+    gain: Array
+
+    @classmethod
+    def of(cls, choice: Choice, products: Products, null: Law, gain: Array) -> Self:
+        """Return a chosen law as effects.
+
+        Args:
+            choice: Terms or curves; at least one.
+            products: Products of the rows, in units of the noise.
+            null: Law of the component and the quantity, without a formula or a curve.
+            gain: Attribute of the law.
+        """
+        values, _ = products.posterior(choice.members, choice.spread)
+        terms = [option.candidate for option in choice.options if isinstance(option.candidate, Term)]
+        curves = [option.candidate for option in choice.options if isinstance(option.candidate, Curve)]
+        if curves:
+            parts = slices_of(curve.basis.shape[1] for curve in curves)
+            effects = tuple(
+                replace(
+                    null,
+                    over=curve.variable,
+                    knots=tuple(curve.knots.tolist()),
+                    ordinates=tuple((curve.at_knots @ values[part]).tolist()),
+                    period=curve.period,
+                )
+                for curve, part in zip(curves, parts, strict=True)
+            )
+            return cls(effects, (), np.zeros(0), gain)
+        values = values / np.concatenate([term.sizes for term in terms])
+        texts = tuple(text for term in terms for text in term.texts)
+        return cls((replace(null, formula=formula_of(values, texts)),), texts, values, gain)
+
+    @property
+    def total(self) -> float:
+        """Held-out gain over all folds [nat]."""
+        return float(self.gain.sum())
+
+
+def formula_of(values: Iterable[float], texts: Sequence[str]) -> str:
+    """Return the formula of a sum of texts with a value before each."""
+    formula = ""
+    for value, text in zip(values, texts, strict=True):
+        between = (" - " if value < 0.0 else " + ") if formula else ("-" if value < 0.0 else "")
+        formula += f"{between}{abs(value):.6g}" + ("" if text == "1" else f" * {text}")
+    return formula
 
 
 def learn(
@@ -65,24 +128,23 @@ def learn(
     parts = [candidates[first : first + CHUNK] for first in range(0, len(candidates), CHUNK)]
     whitened = [columns(np.hstack([candidate.basis for candidate in part])) for part in parts]
     options = options_of(candidates, scale)
-    products, choice, noise = _scaled_to_noise(Products.of(np.hstack(whitened), rows, folds), options)
+    products, choice = _scaled_to_noise(Products.of(np.hstack(whitened), rows, folds), options)
     if not choice.options:
         return None
     gain = np.array([_heldout_gain(products, fold, options) for fold in range(len(products.cross))])
     if gain.sum() <= error(gain):
         return None
-    return LearnedLaw.of(choice, products, null, gain, noise)
+    return LearnedLaw.of(choice, products, null, gain)
 
 
-def _scaled_to_noise(products: Products, options: Sequence[Option]) -> tuple[Products, Choice, float]:
-    """Return the products in units of the noise given the chosen law, the law, and the noise."""
-    noise = 1.0
+def _scaled_to_noise(products: Products, options: Sequence[Option]) -> tuple[Products, Choice]:
+    """Return the products in units of the noise given the chosen law, and the law."""
     while True:
         choice = choose(products, options)
         excess = products.noise(choice.members, choice.spread) if choice.options else 1.0
         if excess < NOISE_TOLERANCE:
-            return products, choice, noise
-        products, noise = products.scaled(excess), noise * excess
+            return products, choice
+        products = products.scaled(excess)
 
 
 def _heldout_gain(products: Products, fold: int, options: Sequence[Option]) -> float:

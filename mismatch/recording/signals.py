@@ -63,6 +63,11 @@ class Signals:
         return tuple(self.recording.vehicle.trucks)
 
     @property
+    def wheels(self) -> tuple[Channel, ...]:
+        """Names of the wheels."""
+        return self.recording.vehicle.wheels
+
+    @property
     def time(self) -> Array:
         """Times of the samples, `(N,)` [s]."""
         return self.recording.time
@@ -74,7 +79,7 @@ def signals_of(recording: Recording) -> Signals:
     period = np.diff(time)
     angles = [bridged(recording, wheel, recording.wheel_angle(wheel)) for wheel in vehicle.wheels]
     angle = np.stack(angles, axis=1)
-    radius = np.array([0.5 * vehicle.wheel_diameter(wheel) for wheel in vehicle.wheels])
+    radius = np.concatenate([truck.radii for truck in vehicle.trucks.values()])
     wheelbase = np.array([truck.wheelbase for truck in vehicle.trucks.values()])
     turned = np.diff(angle, axis=0)
     count = max(abs(vehicle.metres_per_count(wheel)) for wheel in vehicle.wheels)
@@ -193,36 +198,38 @@ def _usable(recording: Recording, twist: Array) -> Poses | None:
     poses, time = recording.poses, recording.time
     if poses is None:
         return None
-    known = np.isfinite(poses.pose).any(axis=1)
-    known &= (
-        (poses.time >= time[0])
-        & (poses.time <= time[-1])
-        & np.isin(poses.body, list(recording.vehicle.trucks))
-    )
-    if not known.any():
+    known = np.isfinite(poses.pose).any(axis=1) & (poses.time >= time[0]) & (poses.time <= time[-1])
+    poses = poses.select(known & np.isin(poses.body, list(recording.vehicle.trucks)))
+    if not len(poses.time):
         return None
-    order = np.flatnonzero(known)[np.argsort(poses.time[known], kind="stable")]
-    when, body, pose = poses.time[order], poses.body[order], poses.pose[order]
+    poses = poses.select(np.argsort(poses.time, kind="stable"))
+    pose = poses.pose.copy()
     for number, truck in enumerate(recording.vehicle.trucks):
-        rows = np.flatnonzero(body == truck)
+        rows = np.flatnonzero(poses.body == truck)
         path = integrated(twist[:, number], np.zeros(3))
-        driven = np.stack([np.interp(when[rows], time, path[:, axis]) for axis in range(3)], axis=1)
+        driven = poses_at(poses.time[rows], time, path)
         pose[rows] = np.where(pose_outliers(pose[rows], driven), np.nan, pose[rows])
-    known = np.isfinite(pose).any(axis=1)
-    return type(poses)(when[known], body[known], pose[known], poses.sigma[order][known])
+    return replace(poses, pose=pose).select(np.isfinite(pose).any(axis=1))
+
+
+def poses_at(when: Array, time: Array, path: Array) -> Array:
+    """Return the poses `(P, 3)` at times (P,) [s] on a path `(N, 3)`, interpolated between its times (N,)."""
+    return np.stack([np.interp(when, time, axis) for axis in path.T], axis=1)
 
 
 def _path(recording: Recording, twist: Array, reading: Array, poses: Poses | None) -> Array:
     """Return poses (N, T, 3) that depend on the past only, except where poses are sparse."""
     time = recording.time
-    of_lead = None if poses is None or not len(poses.of("a").time) else poses.of("a")
-    first = np.zeros(3) if of_lead is None else np.where(np.isfinite(of_lead.pose[0]), of_lead.pose[0], 0.0)
-    if of_lead is not None and is_dense(of_lead):
+    of_lead = None if poses is None else poses.of("a")
+    if of_lead is None or not len(of_lead.time):
+        lead = integrated(twist[:, 0], np.zeros(3))
+    elif is_dense(of_lead):
+        first = np.nan_to_num(of_lead.pose[0])
         first[2] = of_lead.pose[np.isfinite(of_lead.pose[:, 2]), 2][0]
         after = np.searchsorted(time, of_lead.time)
         lead = follow_poses(twist[:, 0].copy(), time, first, of_lead.time, of_lead.pose, after)
     else:
-        lead = _between_poses(time, twist[:, 0], of_lead, first)
+        lead = _between_poses(time, twist[:, 0], of_lead)
     if reading.shape[1] == 0:
         return lead[:, None, :]
     behind = between(lead, follower(lead, reading[:, 0], reading[:, 1], reading[:, 2]))
@@ -246,11 +253,9 @@ def is_dense(poses: Poses) -> bool:
     return int(known.sum()) > 2 and float(np.median(np.diff(poses.time[known]))) < FORGETTING
 
 
-def _between_poses(time: Array, twist: Array, poses: Poses | None, first: Array) -> Array:
+def _between_poses(time: Array, twist: Array, poses: Poses) -> Array:
     """Return odometry (N, 3) of truck a, corrected by interpolation between sparse poses."""
-    lead = integrated(twist, first)
-    if poses is None:
-        return lead
+    lead = integrated(twist, np.nan_to_num(poses.pose[0]))
     poses = _thinned(poses)
     known = np.isfinite(poses.pose)
     if known[:, 2].any():
@@ -272,8 +277,7 @@ def _thinned(poses: Poses) -> Poses:
     """Return poses no denser than a trajectory needs to follow them: the middle one of each interval."""
     interval = np.floor((poses.time - poses.time[0]) / POSE_INTERVAL).astype(int)
     first = np.flatnonzero(np.diff(interval, prepend=-1))
-    pick = (first + np.append(first[1:], len(interval))) // 2
-    return type(poses)(poses.time[pick], poses.body[pick], poses.pose[pick], poses.sigma[pick])
+    return poses.select((first + np.append(first[1:], len(interval))) // 2)
 
 
 def _direction(poses: Poses, time: Array, path: Array) -> float:
@@ -281,8 +285,10 @@ def _direction(poses: Poses, time: Array, path: Array) -> float:
     known = np.isfinite(poses.pose[:, :2]).all(axis=1)
     if known.sum() < 2:
         return 0.0
-    x, y = (np.interp(poses.time[known], time, path[:, axis]) for axis in range(2))
-    driven, measured = x + 1j * y, poses.pose[known, 0] + 1j * poses.pose[known, 1]
+    driven, measured = (
+        place[:, 0] + 1j * place[:, 1]
+        for place in (poses_at(poses.time[known], time, path), poses.pose[known])
+    )
     return float(np.angle(np.vdot(driven - driven.mean(), measured - measured.mean())))
 
 

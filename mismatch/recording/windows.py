@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, expected_reading, grid
+from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, expected_reading, grid, poses_at
 from omnimate.vehicle.arcs import twists_along, wheel_levers
 from omnimate.vehicle.compiled import IntArray, compiled
 from omnimate.vehicle.floor import floor_covariance
+from omnimate.vehicle.parameters import JOINTS
 from omnimate.vehicle.se2 import Array, wrap
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from omnimate.mismatch.recording.signals import Signals
-    from omnimate.vehicle.parameters import Channel
+    from omnimate.vehicle.parameters import TruckName
 
 STARTUP_TIME = 1.5  # [s] after which backlash is taken up and castors have turned; assumed
 # [m, m, rad] standard deviation of the motion that this causes: castors swing by their trail of some
@@ -98,12 +99,9 @@ class Windows:
         """
         (stamp, end), path = self.stamps[truck], self.signals.driven[:, truck]
         taken, count = stamp - age(stamp), np.maximum(np.bincount(end, minlength=len(self.ends)), 1)
-        error = np.empty((len(self.ends), 3))
-        for axis in range(3):
-            moved = np.interp(taken, self.signals.time, path[:, axis])
-            moved -= np.interp(stamp, self.signals.time, path[:, axis])
-            error[:, axis] = np.bincount(end, weights=moved, minlength=len(self.ends)) / count
-        return error
+        moved = poses_at(taken, self.signals.time, path) - poses_at(stamp, self.signals.time, path)
+        sums = [np.bincount(end, weights=axis, minlength=len(self.ends)) for axis in moved.T]
+        return np.stack(sums, axis=1) / count[:, None]
 
 
 def windows_of(signals: Signals) -> Windows:
@@ -326,16 +324,16 @@ def _measurements(signals: Signals, ends: NDArray[np.int64], states: int) -> tup
     if linkage:
         error = signals.reading[ends] - expected_reading(path)
         error[:, :2] = wrap(error[:, :2])
-        channels: tuple[Channel, ...] = ("joint_a", "joint_b", "link")
-        present = np.stack([signals.recording.is_present(channel)[ends] for channel in channels], axis=1)
+        recording = signals.recording
+        present = np.stack([recording.is_present(name)[ends] for name in (*JOINTS, "link")], axis=1)
         measured[:, :3] = np.where(present, error, np.nan)
         observe[:, :3, :6] = _linkage_rows(path)
         observe[:, range(3), range(6, 9)] = 1.0
     observe[:, linkage:, : 3 * trucks] = np.eye(3 * trucks)
     if signals.poses is not None:
-        for number, truck in enumerate(signals.trucks):
+        for number in range(trucks):
             pose = slice(linkage + 3 * number, linkage + 3 * number + 3)
-            measured[:, pose], stated[:, pose] = _pose_rows(signals, ends, truck, number)
+            measured[:, pose], stated[:, pose] = _pose_rows(signals, ends, number)
     return measured, stated, observe
 
 
@@ -354,19 +352,18 @@ def _linkage_rows(path: Array) -> Array:
     return rows
 
 
-def _pose_rows(signals: Signals, ends: NDArray[np.int64], truck: str, number: int) -> tuple[Array, Array]:
+def _pose_rows(signals: Signals, ends: NDArray[np.int64], number: int) -> tuple[Array, Array]:
     """Return measured minus expected poses of a truck at each end, and their variances, `(M + 1, 3)` each.
 
     Of several poses that are nearest to one end the means are taken.
     """
     assert signals.poses is not None
-    of_truck = signals.poses.body == truck
-    pose, sigma = signals.poses.pose[of_truck], signals.poses.sigma[of_truck]
+    truck = signals.trucks[number]
+    poses = signals.poses.of(truck)
     time, end = _stamps(signals, ends, truck)
-    path = signals.path[:, number]
-    error = pose - np.stack([np.interp(time, signals.time, path[:, axis]) for axis in range(3)], axis=1)
+    error = poses.pose - poses_at(time, signals.time, signals.path[:, number])
     error[:, 2] = wrap(error[:, 2])
-    stated = stated_sigma(sigma) ** 2
+    stated = stated_sigma(poses.sigma) ** 2
     known = np.isfinite(error)
     total, count, variance = np.zeros((3, len(ends), 3))
     np.add.at(total, end, np.where(known, error, 0.0))
@@ -381,10 +378,10 @@ def stated_sigma(sigma: Array) -> Array:
     return np.where(np.isfinite(sigma) & (sigma > 0.0), sigma, DEFAULT_POSE_SIGMA)
 
 
-def _stamps(signals: Signals, ends: NDArray[np.int64], truck: str) -> tuple[Array, NDArray[np.int64]]:
+def _stamps(signals: Signals, ends: NDArray[np.int64], truck: TruckName) -> tuple[Array, NDArray[np.int64]]:
     """Return the times (P,) of a truck's poses [s], and the number of the window's end nearest to each."""
     if signals.poses is None:
         return np.zeros(0), np.zeros(0, np.int64)
     moments = signals.time[ends]
-    time = signals.poses.time[signals.poses.body == truck]
+    time = signals.poses.of(truck).time
     return time, np.searchsorted(0.5 * (moments[1:] + moments[:-1]), time)

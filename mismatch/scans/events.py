@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.evidence.conditional_fit import ConditionalFit
     from omnimate.mismatch.recording.windows import Windows
-    from omnimate.vehicle.parameters import Channel
     from omnimate.vehicle.se2 import Array
 
 SEEN = 3.5  # standard deviations from which a place is a candidate; its odds pay for the number of places
@@ -78,7 +77,7 @@ def _bumps(regression: Regression, conditional: ConditionalFit, push_scores: Pus
     tries = regression.window_count
     for windows, (scores, informations) in zip(regression.windows, push_scores, strict=True):
         z_scores = lost_travel_z_scores(windows, scores, informations)
-        for number, wheel in enumerate(map(str, windows.signals.recording.vehicle.wheels)):
+        for number, wheel in enumerate(map(str, windows.signals.wheels)):
             for kind in effects_scanned_by("moments", wheel):
                 rolls_on = _rolls_on(windows, number, kind.estimated().scale)
                 of_wheel = np.where(rolls_on, z_scores[:, number], 0.0)
@@ -187,7 +186,7 @@ def spans(
     begins = np.concatenate([of_recording[:-1] for of_recording in edges])
     tries = regression.window_count
     candidates = []
-    for number, wheel in enumerate(wheels_of(regression)):
+    for number, wheel in enumerate(regression.windows[0].signals.wheels):
         travel = [
             _travel_of_cells(windows, number, cells, first, int(firsts[-1]))
             for windows, cells, first in zip(regression.windows, edges, firsts.tolist(), strict=False)
@@ -285,7 +284,7 @@ def _losses(regression: Regression, conditionals: Sequence[ConditionalFit]) -> l
     """Return speeds above which a wheel's counts are lost."""
     candidates: list[list[Term]] = [[] for _ in conditionals]
     blocks = [windows.signals.block for windows in regression.windows]
-    for number, wheel in enumerate(wheels_of(regression)):
+    for number, wheel in enumerate(regression.windows[0].signals.wheels):
         speeds = [np.abs(block.speed[:, number]) for block in blocks]
         limits = np.quantile(np.concatenate(speeds), np.linspace(0.02, 0.98, _LIMITS))
         travel = [
@@ -309,7 +308,7 @@ def _losses(regression: Regression, conditionals: Sequence[ConditionalFit]) -> l
 def _harmonics(regression: Regression, conditionals: Sequence[ConditionalFit]) -> list[Term]:
     """Return the two most significant harmonics of each wheel's turn in its travel."""
     candidates: list[list[Term]] = [[] for _ in conditionals]
-    for number, wheel in enumerate(wheels_of(regression)):
+    for number, wheel in enumerate(regression.windows[0].signals.wheels):
         travel = []
         for windows in regression.windows:
             angle = windows.at_ends(windows.signals.block.angle[:, number])
@@ -342,8 +341,3 @@ def merged(known: Sequence[Term], new: Sequence[Term]) -> list[Term]:
 def travelled(windows: Windows) -> Array:
     """Return the travel of each wheel in each window, `(M, W)` [m]."""
     return np.asarray(np.add.reduceat(windows.signals.block.travel, windows.ends[:-1], axis=0))
-
-
-def wheels_of(regression: Regression) -> tuple[Channel, ...]:
-    """Return the wheels of the robot."""
-    return regression.windows[0].signals.recording.vehicle.wheels

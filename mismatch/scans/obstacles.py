@@ -29,7 +29,7 @@ from omnimate.mismatch.noise.levels import estimate_noise
 from omnimate.mismatch.noise.whitening import whiten
 from omnimate.mismatch.recording.signals import WINDOW
 from omnimate.mismatch.scans.disturbances import inflate_disturbed_windows
-from omnimate.mismatch.scans.events import travelled, wheels_of
+from omnimate.mismatch.scans.events import travelled
 from omnimate.mismatch.scans.nonlinear import SHORTEST
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ class _Encounter:
 
     number: int
     windows: Windows
-    stretch: range
+    stretch: slice
     travel: Array
     gram: Array
     score: Array
@@ -183,14 +183,14 @@ def find_obstacles(regression: Regression) -> Obstacles:
     encounters, noise = _encounters(regression)
     if len(encounters) < MIN_ENCOUNTERS:
         return no_obstacles(regression)
-    wheels = wheels_of(regression)
+    wheels = regression.windows[0].signals.wheels
     crossings = [_crossings(encounters, shaking) for shaking in SHAKING]
     other = np.array([_other_evidence(encounter) for encounter in encounters])
     tables = [np.array([[crossing.evidence for crossing in row] for row in table]) for table in crossings]
     mixtures = [_mixtures(table, other) for table in tables]
     best = max(range(len(SHAKING)), key=lambda number: mixtures[number][0])
     _, odds, shares = mixtures[best]
-    terms, disturbances = [], [np.zeros_like(windows.rounding) for windows in regression.windows]
+    terms, disturbances = [], no_obstacles(regression).disturbances
     for number, wheel in enumerate(wheels):
         pairs = [
             (encounter, _refined(encounter, number, SHAKING[best], row[number]))
@@ -206,16 +206,15 @@ def find_obstacles(regression: Regression) -> Obstacles:
         terms.append(train(wheel, times, parts, mean / LOST, min(MAX_LOG_ODDS, odds[number])))
         for encounter, crossing in pairs:
             covariance = np.diag((SHAKING[best] * crossing.lost * _shapes(encounter.windows)) ** 2)
-            poses, during = slice(len(covariance)), slice(encounter.stretch.start, encounter.stretch.stop)
-            disturbances[encounter.number][during, poses, poses] += covariance
+            poses = slice(len(covariance))
+            disturbances[encounter.number][encounter.stretch, poses, poses] += covariance
     return Obstacles(terms, disturbances, noise if terms else regression.noise)
 
 
 def no_obstacles(regression: Regression) -> Obstacles:
     """Return no obstacles, and the noise of a regression."""
-    return Obstacles(
-        [], [np.zeros_like(windows.rounding) for windows in regression.windows], regression.noise
-    )
+    disturbances = [np.zeros_like(windows.rounding) for windows in regression.windows]
+    return Obstacles([], disturbances, regression.noise)
 
 
 def _shapes(windows: Windows) -> Array:
@@ -241,16 +240,9 @@ def _encounters(regression: Regression) -> tuple[list[_Encounter], NoiseLevels]:
         ends = [*(stretch.start for stretch in stretches[1:]), len(windows.ends) - 1]
         travel = travelled(windows)
         encounters += [
-            _encounter(
-                regression,
-                number,
-                stretch,
-                travel[stretch.start : stretch.stop],
-                min(stretch.stop + AFTER, end),
-                rows,
-            )
+            _encounter(regression, number, stretch, travel[stretch], min(stretch.stop + AFTER, end), rows)
             for stretch, end in zip(stretches, ends[: len(stretches)], strict=True)
-            if len(stretch) <= MAX_LENGTH and not _stops(travel[stretch.start : stretch.stop])
+            if stretch.stop - stretch.start <= MAX_LENGTH and not _stops(travel[stretch])
         ]
     return encounters, noise
 
@@ -264,13 +256,13 @@ def _residual(
     return whitened, whitened.residual(coefficients)
 
 
-def _groups(windows: Windows, inflated: Windows) -> list[range]:
-    """Return ranges of disturbed windows, each with the window before and the one after."""
+def _groups(windows: Windows, inflated: Windows) -> list[slice]:
+    """Return stretches of disturbed windows, each with the window before and the one after."""
     added_variance = np.einsum("mii->mi", inflated.rounding - windows.rounding).sum(axis=1)
     disturbed = np.flatnonzero(added_variance > 0.0)
     groups = np.split(disturbed, np.flatnonzero(np.diff(disturbed) > MAX_GAP) + 1) if len(disturbed) else []
     return [
-        range(max(0, int(group[0]) - 1), min(int(group[-1]) + 2, len(added_variance))) for group in groups
+        slice(max(0, int(group[0]) - 1), min(int(group[-1]) + 2, len(added_variance))) for group in groups
     ]
 
 
@@ -280,7 +272,7 @@ def _stops(travel: Array) -> bool:
 
 
 def _encounter(
-    regression: Regression, number: int, stretch: range, travel: Array, end: int, rows: Array
+    regression: Regression, number: int, stretch: slice, travel: Array, end: int, rows: Array
 ) -> _Encounter:
     """Return an encounter with the products of pushes in each of its windows.
 
@@ -294,7 +286,7 @@ def _encounter(
     """
     windows, run = regression.windows[number], regression.filters[number]
     trucks = 3 * len(windows.signals.trucks)
-    first, count = stretch.start, len(stretch)
+    first, count = stretch.start, len(travel)
     push = np.zeros((end - first, trucks, count * trucks))
     for at in range(count):
         push[at, range(trucks), at * trucks + np.arange(trucks)] = -1.0
@@ -309,9 +301,7 @@ def _encounter(
         np.ascontiguousarray(run.spread[ends]),
     )
     in_encounter = (regression.owner == number) & (regression.moment > first) & (regression.moment <= end)
-    columns = white[
-        len(white) - np.count_nonzero(in_encounter) :
-    ]  # without those before its first window ends
+    columns = white[len(white) - np.count_nonzero(in_encounter) :]  # not those before its first window ends
     return _Encounter(number, windows, stretch, travel, columns.T @ columns, columns.T @ rows[in_encounter])
 
 
@@ -321,12 +311,7 @@ def _crossings(encounters: Sequence[_Encounter], shaking: float) -> list[list[_C
         [
             crossing
             for truck in range(len(encounter.windows.signals.trucks))
-            for crossing in _crossed(
-                encounter,
-                truck,
-                shaking,
-                encounter.windows.time[encounter.stretch.start : encounter.stretch.stop],
-            )
+            for crossing in _crossed(encounter, truck, shaking, encounter.windows.time[encounter.stretch])
         ]
         for encounter in encounters
     ]
@@ -344,7 +329,7 @@ def _crossed(encounter: _Encounter, truck: int, shaking: float, begins: Array) -
     The wheel loses travel, with a discrepancy, and all trucks are disturbed. Of all times [s] at
     which it may begin, the most probable is taken, with the evidence averaged over all.
     """
-    shapes, count = _shapes(encounter.windows), len(encounter.stretch)
+    shapes, count = _shapes(encounter.windows), len(encounter.travel)
     part = slice(3 * truck, 3 * truck + 3)
     to_and_fro = np.kron(np.eye(count) - 1.0 / count, np.diag(shaking * shapes))
     rest = np.zeros((count, len(shapes), 3))
@@ -393,9 +378,7 @@ def _loses(encounter: _Encounter, wheel: int, begin: float) -> Array | None:
         return None
     direction = np.sign(encounter.travel[:, wheel])
     trucks = 3 * len(windows.signals.trucks)
-    return np.asarray(
-        -(direction * part)[:, None] * windows.lever[stretch.start : stretch.stop, wheel, :trucks]
-    )
+    return np.asarray(-(direction * part)[:, None] * windows.lever[stretch, wheel, :trucks])
 
 
 def _other_evidence(encounter: _Encounter) -> float:
@@ -404,9 +387,8 @@ def _other_evidence(encounter: _Encounter) -> float:
     A truck was pushed, only turned, or only moved forward and back: a joint with backlash resembles a truck
     that turns, a link with backlash one that moves forward. Or a wheel slipped all the time.
     """
-    windows, stretch = encounter.windows, encounter.stretch
-    trucks, count = len(windows.signals.trucks), len(stretch)
-    levers = windows.lever[stretch.start : stretch.stop, :, : 3 * trucks]
+    trucks, count = len(encounter.windows.signals.trucks), len(encounter.travel)
+    levers = encounter.windows.lever[encounter.stretch, :, : 3 * trucks]
     roots = []
     for truck in range(trucks):
         whole = np.zeros((count, 3 * trucks, 3))

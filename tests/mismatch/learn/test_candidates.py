@@ -21,16 +21,14 @@ VARIABLES = {
 
 
 def test_terms_are_formulas_of_unit_size_and_none_is_of_a_variable_that_stands_still():
-    found = {text: unit for term in terms(VARIABLES) for text, unit in term.texts}
+    found = {text for term in terms(VARIABLES) for text in term.texts}
     assert not [text for text in found if "acceleration" in text]
-    assert found["1"] == "1"
-    assert found["speed^2"] == "(m/s)^2"
-    assert found["speed * time"] == "m/s s"
-    assert {"abs(speed)", "joint_a", "heading", "sin(heading)", "cos(4 * joint_a)"} <= set(found)
-    assert not {"abs(time)", "heading^2", "speed * heading"} & set(found)
+    assert {"1", "speed^2", "speed * time", "abs(speed)", "joint_a", "heading"} <= found
+    assert {"sin(heading)", "cos(4 * joint_a)"} <= found
+    assert not {"abs(time)", "heading^2", "speed * heading"} & found
     for term in terms(VARIABLES):
         assert np.mean(term.basis**2, axis=0) == pytest.approx(1.0)
-        for (text, _), size, column in zip(term.texts, term.sizes, term.basis.T, strict=True):
+        for text, size, column in zip(term.texts, term.sizes, term.basis.T, strict=True):
             assert size * column == pytest.approx(parse(text).value(VARIABLES) * np.ones(200))
 
 
