@@ -9,8 +9,9 @@ import numpy as np
 
 from omnimate.ipec.corrections import CLAPPER, OMNIMATE, PLAIN, Settings, State, advance_all, advance_one
 from omnimate.ipec.linkage_check import check_linkage
-from omnimate.ipec.readings import SampleReader, ordered_counts, scales_of
+from omnimate.ipec.readings import columns_of, ordered_counts, read_sample, scales_of
 from omnimate.vehicle.compiled import Array, Record, record
+from omnimate.vehicle.parameters import CHANNELS
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -104,7 +105,7 @@ class Corrector:
 
     def __init__(self, vehicle: VehicleParameters, method: Method = "clapper") -> None:
         self.settings = settings_of(vehicle, method)
-        self._reader = SampleReader(vehicle)
+        self._columns = columns_of(vehicle, CHANNELS)
 
     def start(self, pose_a: ArrayLike = ORIGIN) -> IpecState:
         """Return the state before the first sample, with truck a at a pose [m, m, rad], shape `(3,)`."""
@@ -115,9 +116,8 @@ class Corrector:
 
     def step(self, state: IpecState, sample: Sample) -> IpecState:
         """Return the state after a sample; `state` is not changed."""
-        counts, present = self._reader.read(sample)
         following = state.record.copy()
-        advance_one(self.settings, following, counts, present)
+        advance_one(self.settings, following, *read_sample(sample, self._columns))
         return _frozen(following)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from omnimate.ipec.corrector import ORIGIN
 from omnimate.ipec.filter.fixes import MIN_FIX_SIGMA, samples_at
 from omnimate.ipec.filter.prior import BASE, CALIBRATED, DIAMETER, FilterNoise, Prior
+from omnimate.ipec.readings import columns_of, read_sample
 from omnimate.vehicle.arcs import SMALL_SLOPE_ANGLE, roll, sinc_of
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, compiled_without_lock, record
 from omnimate.vehicle.matrices import add_outer, product
@@ -239,10 +240,10 @@ class OneTruckFilter:
         self, vehicle: VehicleParameters, noise: FilterNoise | None = None, prior: Prior | None = None
     ) -> None:
         noise, self.prior = noise or FilterNoise(), prior or CALIBRATED
-        self.wheels = wheels_of("a")
-        self.columns = [vehicle.channels.index(wheel) for wheel in self.wheels]
+        wheels = wheels_of("a")
+        self.columns = columns_of(vehicle, wheels)
         self.settings = record(OneTruckSettings)
-        self.settings["scale"] = [vehicle.metres_per_count(wheel) for wheel in self.wheels]
+        self.settings["scale"] = [vehicle.metres_per_count(wheel) for wheel in wheels]
         self.settings["wheelbase"] = vehicle.trucks["a"].wheelbase
         self.settings["roughness"], self.settings["drift"] = noise.roughness**2, noise.drift**2
 
@@ -265,9 +266,7 @@ class OneTruckFilter:
     def step(self, state: OneTruckState, sample: Sample) -> OneTruckState:
         """Return the state after a sample; `state` is not changed."""
         following = state.record.copy()
-        counts = np.array([sample.counts[column] for column in self.columns], np.int64)
-        present = np.array([sample.present[column] for column in self.columns], np.bool_)
-        step(self.settings, following, counts, present)
+        step(self.settings, following, *read_sample(sample, self.columns))
         return OneTruckState(following)
 
     def fix(self, state: OneTruckState, pose: ArrayLike, sigma: ArrayLike) -> OneTruckState:
@@ -290,7 +289,6 @@ def estimate_one_truck(
     sigma: ArrayLike = (0.0, 0.0, 0.0),
     *,
     fixes: Poses | None = None,
-    noise: FilterNoise | None = None,
     prior: Prior | None = None,
 ) -> tuple[Array, Array]:
     """Return pose and standard deviations of truck a at every sample, given the samples up to it.
@@ -300,13 +298,12 @@ def estimate_one_truck(
         start: Pose at the first sample [m, m, rad], shape `(3,)`.
         sigma: Standard deviations of `start`, shape `(3,)`.
         fixes: Absolute poses to use, such as `recording.poses`; None for none.
-        noise: Scatter of the floor; `FilterNoise()` where it is None.
         prior: How well `recording.vehicle` is known; `CALIBRATED` where it is None.
 
     Returns:
         Poses [m, m, rad] and their standard deviations, each `(N, 3)`.
     """
-    filter_ = OneTruckFilter(recording.vehicle, noise, prior)
+    filter_ = OneTruckFilter(recording.vehicle, prior=prior)
     poses, sigmas = np.empty((len(recording), 3)), np.empty((len(recording), 3))
     samples, measured = np.zeros(0, np.int64), (np.zeros((0, 3)), np.zeros((0, 3)))
     if fixes is not None:

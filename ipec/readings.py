@@ -14,9 +14,11 @@ from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, record
 from omnimate.vehicle.parameters import CHANNELS, WHEELS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
-    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.parameters import Channel, VehicleParameters
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.sample import Sample
 
@@ -112,28 +114,17 @@ def ordered_counts(recording: Recording) -> tuple[IntArray, NDArray[np.bool_]]:
     """
     if recording.vehicle.linkage is None:
         raise NoLinkageError(recording.source)
-    columns = [recording.vehicle.channels.index(channel) for channel in CHANNELS]
+    columns = columns_of(recording.vehicle, CHANNELS)
     counts = np.ascontiguousarray(recording.counts[:, columns])
     return counts, np.ascontiguousarray(recording.present[:, columns])
 
 
-class SampleReader:
-    """Reorders the counts of live samples to the order of `CHANNELS`.
+def columns_of(vehicle: VehicleParameters, channels: Sequence[Channel]) -> list[int]:
+    """Return the columns of channels in samples and recordings of a robot that has them."""
+    return [vehicle.channels.index(channel) for channel in channels]
 
-    Args:
-        vehicle: Robot with two trucks.
 
-    Raises:
-        NoLinkageError: The robot has a single truck.
-    """
-
-    def __init__(self, vehicle: VehicleParameters) -> None:
-        if vehicle.linkage is None:
-            raise NoLinkageError(vehicle.name)
-        self._columns = [vehicle.channels.index(channel) for channel in CHANNELS]
-
-    def read(self, sample: Sample) -> tuple[IntArray, NDArray[np.bool_]]:
-        """Return the counts and presence of one sample, each `(7,)`."""
-        counts = [sample.counts[column] for column in self._columns]
-        present = [sample.present[column] for column in self._columns]
-        return np.array(counts, np.int64), np.array(present, np.bool_)
+def read_sample(sample: Sample, columns: Sequence[int]) -> tuple[IntArray, NDArray[np.bool_]]:
+    """Return the counts `(C,)` in some columns of a live sample, and whether each was read `(C,)`."""
+    counts, present = [sample.counts[at] for at in columns], [sample.present[at] for at in columns]
+    return np.array(counts, np.int64), np.array(present, np.bool_)

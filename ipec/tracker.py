@@ -138,19 +138,10 @@ class Tracker:
         return bool(self._samples)
 
     @property
-    def slow(self) -> SlowParameters:
-        """The systematic errors of the encoders, as the filter has estimated them."""
-        return self._states[1].slow
-
-    @property
-    def findings(self) -> Findings:
-        """What contradicts the description of the robot, or the model of its motion."""
-        return findings(self._filter.settings, self._states[1].record, self._states[1].filters)
-
-    @property
     def learned(self) -> Learned:
-        """The robot, the errors of its encoders, and what contradicts its description."""
-        return self.vehicle, self.slow, self.findings
+        """The robot, the errors of its encoders as the filter estimates them, and what contradicts it."""
+        state = self._states[1]
+        return self.vehicle, state.slow, findings(self._filter.settings, state.record, state.filters)
 
     def take_disturbances(self) -> tuple[Disturbance, ...]:
         """Return the disturbances that have ended since the last call."""

@@ -161,8 +161,8 @@ def run_forward(
     start: ArrayLike,
     sigma: ArrayLike,
     fixes: Poses | None,
-    noise: FilterNoise | None,
     prior: Prior | None,
+    noise: FilterNoise | None = None,
 ) -> ForwardRun:
     """Run the filter over a recording; arguments and errors are those of `estimate`."""
     check_linkage(recording)
@@ -224,4 +224,4 @@ def estimate(
         NoLinkageError: The robot has a single truck.
         LinkageChannelError: A channel of the linkage was never read, or was frozen while the robot moved.
     """
-    return run_forward(recording, start, sigma, fixes, noise, prior).estimate
+    return run_forward(recording, start, sigma, fixes, prior, noise).estimate

@@ -20,9 +20,8 @@ MIN_LOST_TRAVEL = 7e-4  # [m] smallest lost travel that is reported; false alarm
 MIN_PROBABILITY = 0.5  # of a suspect that is reported
 UNDECIDED = 0.1, 0.9  # probabilities between which a suspect is neither wrong nor right; assumption
 MIN_SCATTER_FACTOR = 3.0  # [1] scatter over expected scatter that is reported (assumption)
-IDENTIFIABLE_FRACTION = (
-    1.0 / 3.0
-)  # of the largest size of a suspect: it would be seen at three standard deviations
+# Of the largest size of a suspect: it would be seen at three standard deviations.
+IDENTIFIABLE_FRACTION = 1.0 / 3.0
 LEVELS = ("wheels of truck a", "wheels of truck b", "sides of the trucks", "slip ahead of the trucks")
 
 

@@ -35,8 +35,9 @@ from omnimate.ipec.filter.records import (
     Y,
 )
 from omnimate.ipec.filter.step import finish_step, predict
-from omnimate.ipec.readings import SampleReader, scales_of
+from omnimate.ipec.readings import columns_of, read_sample, scales_of
 from omnimate.vehicle.compiled import Array, Record, layout, record
+from omnimate.vehicle.parameters import CHANNELS
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -124,7 +125,7 @@ class Filter:
     ) -> None:
         self.noise, self.prior = noise or FilterNoise(), prior or CALIBRATED
         self.settings = filter_settings(vehicle, self.noise, self.prior)
-        self._reader = SampleReader(vehicle)
+        self._columns = columns_of(vehicle, CHANNELS)
 
     def start(self, pose_a: ArrayLike = ORIGIN, sigma: ArrayLike = (0.0, 0.0, 0.0)) -> FilteredState:
         """Return the state before the first sample.
@@ -157,9 +158,8 @@ class Filter:
 
     def step(self, state: FilteredState, sample: Sample) -> FilteredState:
         """Return the state after a sample; `state` is not changed."""
-        counts, present = self._reader.read(sample)
         following, filters = _copy(state.record), state.filters
-        if predict(self.settings, following, counts, present):
+        if predict(self.settings, following, *read_sample(sample, self._columns)):
             filters = _copy(filters)  # only when changed: they are large
             finish_step(self.settings, following, filters, NO_MOVES)
         return _frozen(following, filters)

@@ -23,7 +23,7 @@ from omnimate.vehicle.compiled import Array, layout
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from omnimate.ipec.filter.prior import FilterNoise, Prior
+    from omnimate.ipec.filter.prior import Prior
     from omnimate.vehicle.recording import Poses, Recording
 
 
@@ -33,7 +33,6 @@ def smooth(
     sigma: ArrayLike = (0.0, 0.0, 0.0),
     *,
     fixes: Poses | None = None,
-    noise: FilterNoise | None = None,
     prior: Prior | None = None,
 ) -> Estimate:
     """Return the estimate at every sample given all samples of a recording.
@@ -45,20 +44,17 @@ def smooth(
         start: Pose of truck a at the first sample [m, m, rad], shape `(3,)`.
         sigma: Standard deviations of `start` [m, m, rad], shape `(3,)`.
         fixes: Absolute poses to use, such as `recording.poses`; None for none.
-        noise: Scatter of floor and encoders; `FilterNoise()` where it is None.
         prior: How well `recording.vehicle` is known; `CALIBRATED` where it is None.
 
     Raises:
         NoLinkageError: The robot has a single truck.
         LinkageChannelError: A channel of the linkage was never read, or was frozen while the robot moved.
     """
-    run = run_forward(recording, start, sigma, fixes, noise, prior)
+    run = run_forward(recording, start, sigma, fixes, prior)
     weight, trace = run.last["weight"][0], run.trace
     likely = np.flatnonzero(weight > 0.0)
-    buffer, adjoints = (
-        np.zeros((len(likely), BLOCK_SAMPLES), layout(Step)),
-        np.zeros(len(likely), layout(Adjoint)),
-    )
+    buffer = np.zeros((len(likely), BLOCK_SAMPLES), layout(Step))
+    adjoints = np.zeros(len(likely), layout(Adjoint))
     for place, hypothesis in enumerate(likely.tolist()):
         begin_adjoint(run.settings[0], run.last[0], run.filters[hypothesis], adjoints[place])
     ends = np.empty(BLOCK_SAMPLES, np.int64)

@@ -11,7 +11,7 @@ from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.smoother import smooth
 from omnimate.ipec.linkage_check import LINKAGE, check_linkage, frozen_channels
-from omnimate.ipec.readings import SampleReader, ordered_counts, scales_of
+from omnimate.ipec.readings import ordered_counts, scales_of
 from omnimate.ipec.tracker import Tracker, track_recording
 from omnimate.motion.paths import free, out_and_back, squares
 from omnimate.vcan_sim.bumps import bumps_under
@@ -111,7 +111,7 @@ def test_a_recording_of_one_truck_is_refused(method):
         method(recording)
 
 
-@pytest.mark.parametrize("make", [Corrector, Filter, Tracker, SampleReader, scales_of])
+@pytest.mark.parametrize("make", [Corrector, Filter, Tracker, scales_of])
 def test_a_live_robot_with_one_truck_is_refused(make):
     with pytest.raises(NoLinkageError, match="labmate"):
         make(reference_single())

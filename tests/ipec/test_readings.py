@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.ipec.readings import Reading, SampleReader, convert_counts, ordered_counts, scales_of
+from omnimate.ipec.readings import Reading, columns_of, convert_counts, ordered_counts, read_sample, scales_of
 from omnimate.vehicle.compiled import record
 from omnimate.vehicle.parameters import CHANNELS
 from omnimate.vehicle.recording import Recording
@@ -69,10 +69,10 @@ def test_the_order_of_channels_in_vehicle_toml_changes_nothing_live_or_over_a_re
     counts, present = chance.integers(-1000, 1000, (3, 7)), chance.random((3, 7)) < 0.7
     recording = Recording(vehicle, np.arange(3.0), counts, present)
     table, reads = ordered_counts(recording)
-    reader = SampleReader(vehicle)
+    columns = columns_of(vehicle, CHANNELS)
     for index in range(3):
         sample = Sample(index, 0.0, tuple(counts[index].tolist()), tuple(present[index].tolist()), NAN, NAN)
-        live = reader.read(sample)
+        live = read_sample(sample, columns)
         assert np.array_equal(live[0], table[index])
         assert np.array_equal(live[1], reads[index])
     for column, channel in enumerate(CHANNELS):

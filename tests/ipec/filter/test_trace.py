@@ -25,7 +25,7 @@ def run():
     floor = Floor(bumps=bumps_under("b.left", 6, 1.0, 14.0))
     recording = simulate(robot, Truth(robot, floor=floor, seed=1), out_and_back(8.0, 1, link_length=1.0))
     assert 2 * BLOCK_SAMPLES < len(recording) < 4 * BLOCK_SAMPLES
-    return run_forward(recording, ZERO, ZERO, recording.poses, None, None)
+    return run_forward(recording, ZERO, ZERO, recording.poses, None)
 
 
 def test_there_is_a_mark_before_each_block_and_the_first_is_the_start(run):
