@@ -113,7 +113,8 @@ def investigate(
         progress(2 * turn + 2, PROGRESS_STEPS, "fitting effects and noise")
         terms, values = _refined(posterior, members)
         fit = fitted(signals, noise, terms, values, start=fit, disturbances=found.disturbances)
-        noise = _noise_without_disturbances(fit)
+        windows, _count = inflate_disturbed_windows(fit.regression, fit.regression.white[:, 0])
+        noise = estimate_noise(windows, fit.regression.raw, noise, (noise.wave,))
         fit = fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit, found.disturbances)
         before, names = names, {(term.key, len(term.fixed.get("times", ()))) for term in terms}
         if turn > 0 and names == before:
@@ -338,13 +339,6 @@ def whiten_with_estimated_noise(regression: Regression, *, roughly: bool = False
         regression = regression.with_noise(estimate_noise(regression.windows, raw, noise, (noise.wave,)))
     windows, _count = inflate_disturbed_windows(regression, regression.residual())
     return regression.with_noise(estimate_noise(windows, regression.raw, regression.noise, waves, tolerance))
-
-
-def _noise_without_disturbances(fit: Fitted) -> NoiseLevels:
-    """Return the noise levels about a set of effects, with disturbed windows down-weighted."""
-    regression = fit.regression
-    windows, _count = inflate_disturbed_windows(regression, regression.white[:, 0])
-    return estimate_noise(windows, regression.raw, regression.noise, (regression.noise.wave,))
 
 
 def _noise_and_disturbances(fit: Fitted) -> tuple[NoiseLevels, list[Array]]:

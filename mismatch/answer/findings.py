@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects import EFFECTS
 from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.averaged import averaged
 from omnimate.mismatch.answer.constancy import changing_error
@@ -16,9 +17,7 @@ from omnimate.mismatch.answer.omnibus import RELEVANT, leftover
 from omnimate.mismatch.answer.repeats import repeats_of
 from omnimate.mismatch.answer.rerun import rerun
 from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
-from omnimate.mismatch.answer.uncertainty import sigmas
 from omnimate.mismatch.answer.where import channels_of, crossings, laps_at, places_at, row_names
-from omnimate.mismatch.answer.words import drives_for, regime, sentence
 from omnimate.mismatch.candidates.pushes import PUSH_REGIME
 from omnimate.mismatch.candidates.terms import UNKNOWN
 from omnimate.mismatch.diagnosis import (
@@ -39,7 +38,7 @@ from omnimate.mismatch.noise.levels import nominal_levels
 from omnimate.mismatch.scans.nonlinear import spreads
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Sequence
+    from collections.abc import Container, Iterable, Sequence
 
     from omnimate.effects.effect import Effect
     from omnimate.mismatch.answer.constancy import RollingError
@@ -56,6 +55,7 @@ _SHOWN = 6  # alternatives of a finding
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
 _SEEN = 0.7
+_DRIVES = {kind.name: kind.separating_drive for kind in EFFECTS if kind.separating_drive}
 
 
 def answer(found: Investigation) -> Diagnosis:
@@ -187,6 +187,12 @@ def _finding(
     others = _alternatives(rivals, fit.chosen.terms[number].key, surest)
     names = [effect.name, *(other.effect for other in others)]
     unknown = effect.name == UNKNOWN
+    if unknown:
+        regime = PUSH_REGIME
+        says = f"{component_in_words(effect.component)} was pushed at single moments, as no obstacle does."
+    else:
+        regime = effect.regime.format(component=effect.component, order=getattr(effect, "order", 1.0))
+        says = effect.describe(signals[0].recording.vehicle)
     return Finding(
         effect.name,
         effect.component,
@@ -195,13 +201,13 @@ def _finding(
         Where(
             channels_of(regression, part_of),
             intervals,
-            PUSH_REGIME if unknown else regime(effect),
+            regime,
             laps_at(intervals, signals),
             places_at(intervals, signals),
         ),
         () if unknown else _parameters(fit.regression, fit.chosen, number),
         min(1.0, max(0.0, explained)),
-        _pushed(effect.component) if unknown else sentence(effect, signals[0].recording.vehicle),
+        says[0].upper() + says[1:],
         (PUSH_REGIME,) if unknown else (),
         "; ".join(drives_for(names)) if any(other.probability > 0.05 for other in others) else "",
         repeats,
@@ -234,10 +240,6 @@ def _changing(
         f"vehicle.toml says at the beginning, and {error.end:+.3%} at the end.",
         depends_on=("time",),
     )
-
-
-def _pushed(component: str) -> str:
-    return f"{component_in_words(component).capitalize()} was pushed at single moments, as no obstacle does."
 
 
 def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float, surest: float) -> Finding:
@@ -294,7 +296,7 @@ def _merged(findings: Sequence[Finding]) -> list[Finding]:
 
 def _parameters(regression: Regression, acting: Acting, number: int) -> tuple[Parameter, ...]:
     term, effect = acting.terms[number], acting.effects[number]
-    known = sigmas(term, effect, acting.covariances()[number])
+    known = term.sigmas(effect, acting.covariances()[number])
     for name, spread in spreads(regression, term, acting.values[number]).items():
         known[name] = spread if name == "times" else spread[0]
     return tuple(
@@ -371,6 +373,11 @@ def unseen_in_words(unseen: Sequence[Key]) -> tuple[str, tuple[str, ...]]:
         for effect, component in unseen[:4]
     )
     return f"Nothing stands out, but this drive cannot show {what}. Drive: {'; '.join(drives)}.", drives
+
+
+def drives_for(effects: Iterable[str]) -> tuple[str, ...]:
+    """Return one drive for each effect, by name, that separates it from others."""
+    return tuple(dict.fromkeys(_DRIVES[effect] for effect in effects if effect in _DRIVES))
 
 
 def blind(posterior: Posterior) -> list[Key]:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.stats import chi2
 
-from omnimate.mismatch.answer.uncertainty import sigmas
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.diagnosis import Parameter, Repeats
 from omnimate.mismatch.evidence.density import MEMBER_SIZE
@@ -67,7 +66,7 @@ def _repeats(term: Term, values: Array, alone: Sequence[Estimate]) -> Repeats:
     freedom = len(values) * (len(alone) - 1)
     effects = [term.built(own) for own in estimates]
     spreads = [
-        sigmas(term, effect, covariance)[term.linear]
+        term.sigmas(effect, covariance)[term.linear]
         for effect, (_, covariance) in zip(effects, alone, strict=True)
     ]
     parameter = Parameter(

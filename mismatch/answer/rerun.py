@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.block import LINKAGE
 from omnimate.effects.reference_offset import truck_poses
 from omnimate.mismatch.diagnosis import Change
+from omnimate.mismatch.heldout import size
 from omnimate.mismatch.recording.response import replayed
 from omnimate.mismatch.recording.signals import expected_reading, integrated, signals_of
 from omnimate.vehicle.se2 import between, wrap
@@ -55,7 +57,7 @@ def rerun(regression: Regression, residuals: HeldOut, mounted: Sequence[Effect])
     for name, parts in before.items():
         first, last = np.concatenate(parts), np.concatenate(after[name])
         if len(first) >= _LEAST:
-            found[name] = Change(float(np.sqrt(np.mean(first**2))), float(np.sqrt(np.mean(last**2))))
+            found[name] = Change(size(first), size(last))
     return found
 
 
@@ -65,35 +67,33 @@ def open_loop(recordings: Sequence[Recording]) -> dict[str, float]:
     for one in recordings:
         for name, (_, missed) in _missed(signals_of(one), ()).items():
             parts.setdefault(name, []).append(missed)
-    return {name: float(np.sqrt(np.mean(np.concatenate(own) ** 2))) for name, own in parts.items()}
+    return {name: size(np.concatenate(own)) for name, own in parts.items()}
 
 
 def _missed(signals: Signals, effects: Sequence[Effect]) -> dict[str, tuple[Array, Array]]:
     """Return of each channel the samples at which stretches end, and what the simulator misses there."""
-    block = replayed(signals, effects)
-    shown = block.reading - signals.block.reading
-    offset = np.concatenate((shown[:1], shown)) if len(shown) else shown
+    block, offset = replayed(signals, effects)
     found: dict[str, tuple[Array, Array]] = {}
     count = max(1, round(float(signals.time[-1] - signals.time[0]) / STRETCH))
     edges = np.linspace(0, len(signals.time) - 1, count + 1).astype(int)
     if signals.reading.shape[1]:
         rows = np.array([_linkage(signals, block.twist, offset, *pair) for pair in itertools.pairwise(edges)])
-        for number, name in enumerate(("joint_a", "joint_b", "link")):
+        for number, name in enumerate(LINKAGE):
             found[name] = edges[1:], rows[:, number]
     if signals.poses is not None:
         for number, truck in enumerate(signals.trucks):
-            times = signals.poses.time[signals.poses.body == truck]
-            at = np.unique(np.searchsorted(signals.time, times).clip(max=len(signals.time) - 1))
+            poses = signals.poses.of(truck)
+            at = np.unique(np.searchsorted(signals.time, poses.time).clip(max=len(signals.time) - 1))
             if len(at) < 2:
                 continue
             stops = (
                 at if len(at) <= count else np.unique(at[np.searchsorted(at, edges).clip(max=len(at) - 1)])
             )
             path = truck_poses(effects, truck, signals.path[:, number])
-            gone = [_driven(path, block.twist[:, number], *pair) for pair in itertools.pairwise(stops)]
-            off = np.array(gone)
+            pairs = itertools.pairwise(stops)
+            off = np.array([_driven(path, block.twist[:, number], *pair) for pair in pairs])
             found[f"{truck} position"] = stops[1:], np.hypot(off[:, 0], off[:, 1])
-            if np.isfinite(signals.poses.pose[signals.poses.body == truck, 2]).any():
+            if np.isfinite(poses.pose[:, 2]).any():
                 found[f"{truck} heading"] = stops[1:], off[:, 2]
     return found
 

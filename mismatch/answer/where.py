@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.block import wheel_number
+from omnimate.effects.block import LINKAGE, wheel_number
 from omnimate.effects.crossing import crossing_with_loss
 from omnimate.mismatch.candidates.pushes import Push
 from omnimate.mismatch.recording.folds import laps_of
@@ -26,8 +26,8 @@ _SHARE = 0.1  # of the strongest channel's part, from which a channel is named
 
 def row_names(windows: Windows) -> list[str]:
     """Return what the rows of measurements are called."""
-    names = ["joint_a", "joint_b", "link"][: windows.linkage]
-    return names + [f"{truck}.{axis}" for truck in windows.signals.trucks for axis in ("x", "y", "theta")]
+    poses = [f"{truck}.{axis}" for truck in windows.signals.trucks for axis in ("x", "y", "theta")]
+    return [*LINKAGE[: windows.linkage], *poses]
 
 
 def channels_of(regression: Regression, part: Array) -> tuple[str, ...]:

@@ -90,6 +90,38 @@ class Term:
             values = {linear: min(max(value, own.low), own.high)}
         return kind(component=self.component, **self.fixed, **values)
 
+    def sigmas(self, effect: Effect, covariance: Array) -> dict[str, float | tuple[float, ...]]:
+        """Return the standard deviations of the parameters that its coefficients tell.
+
+        They hold what the data leave open, and that no law is exact.
+
+        Args:
+            effect: That was built of it.
+            covariance: Of its coefficients, `(k, k)`.
+        """
+        if self.is_setup:
+            own = effect.parameters
+            told = np.sqrt(np.diag(covariance)).tolist()
+            return {one.name: one.scale * sigma for one, sigma in zip(own, told, strict=True)}
+        spec = next(one for one in effect.parameters if one.name == self.linear)
+        value = getattr(effect, self.linear)
+        inexact = effect.discrepancy()
+        angle_name = angle_of(type(effect))
+        if angle_name is not None:
+            size, angle = max(value / spec.scale, 1e-9), getattr(effect, angle_name)
+            along = np.array([math.cos(angle), math.sin(angle)])
+            across = np.array([-math.sin(angle), math.cos(angle)])
+            size_told = spec.scale * math.sqrt(float(along @ covariance @ along))
+            turned = math.sqrt(float(across @ covariance @ across)) / size
+            return {
+                self.linear: math.hypot(size_told, inexact * value),
+                angle_name: min(math.hypot(turned, inexact), math.pi),
+            }
+        deviations = spec.scale * np.sqrt(np.diag(covariance))
+        if self.is_event:
+            return {self.linear: tuple(np.hypot(deviations, inexact * np.asarray(value)).tolist())}
+        return {self.linear: math.hypot(float(deviations[0]), inexact * (value - (spec.null or 0.0)))}
+
     def at(self, **fixed: Any) -> Term:  # noqa: ANN401
         """Return the term with other values of what is not linear, and the same odds."""
         return replace(term(self.effect, self.component, **{**self.fixed, **fixed}), odds=self.odds)

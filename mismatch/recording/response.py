@@ -39,31 +39,31 @@ class Response:
     offset: Array
 
 
-def replayed(signals: Signals, effects: Sequence[Effect]) -> Block:
-    """Return the steps of the recording with effects acting."""
-    return replay(signals.block, effects)
+def replayed(signals: Signals, effects: Sequence[Effect]) -> tuple[Block, Array]:
+    """Return the recording's steps with effects acting, and errors `(N, 3)` of the linkage's readings."""
+    block = replay(signals.block, effects)
+    error = block.reading - signals.block.reading
+    return block, np.concatenate((error[:1], error))
 
 
 def relinearised(signals: Signals, effects: Sequence[Effect]) -> Signals:
     """Return a recording's signals about the trajectory of a robot with effects."""
     for _ in range(2 if effects else 0):
-        block = replayed(signals, effects)
-        error = block.reading - signals.block.reading
-        offset = np.concatenate((error[:1], error)) if error.shape[1] else 0.0
-        signals = about(signals, offset, block.twist)
+        block, errors = replayed(signals, effects)
+        signals = about(signals, errors, block.twist)
     return signals
 
 
 def response(windows: Windows, effects: Sequence[Effect]) -> Response:
     """Return the response of one recording to effects, relative to the nominal robot."""
     signals = windows.signals
-    block = replayed(signals, effects)
+    block, errors = replayed(signals, effects)
     more = block.twist - signals.block.twist
     more = more[windows.ends[0] : windows.ends[-1]]
     inputs = windows.drift + (pushed(signals, windows.ends, more) if np.any(more) else 0.0)
     offset = np.zeros(windows.measured.shape)
     if windows.linkage:
-        offset[:, :3] = windows.at_ends(block.reading - signals.block.reading)
+        offset[:, :3] = errors[windows.ends]
     for number, truck in enumerate(signals.trucks):
         pose = windows.pose_rows(number)
         path = signals.path[windows.ends, number]

@@ -114,7 +114,7 @@ def signals_of(recording: Recording) -> Signals:
     return Signals(recording, block, path, *_driven(heading, nominal), reading, resolution, poses)
 
 
-def about(signals: Signals, offset: Array | float, twist: Array) -> Signals:
+def about(signals: Signals, offset: Array, twist: Array) -> Signals:
     """Return the signals of a recording about another trajectory.
 
     Args:

@@ -282,7 +282,7 @@ def _steps(wheel: str, moments: Array, score: Array, gram: Array, tries: int) ->
 
 def _losses(regression: Regression, conditionals: Sequence[ConditionalFit]) -> list[Term]:
     """Return speeds above which a wheel's counts are lost."""
-    candidates: list[list[Term]] = [[] for _ in conditionals]
+    scans, found = [], []
     blocks = [windows.signals.block for windows in regression.windows]
     for number, wheel in enumerate(regression.windows[0].signals.wheels):
         speeds = [np.abs(block.speed[:, number]) for block in blocks]
@@ -293,21 +293,22 @@ def _losses(regression: Regression, conditionals: Sequence[ConditionalFit]) -> l
             )
             for speed, block, windows in zip(speeds, blocks, regression.windows, strict=True)
         ]
-        columns = regression.whiten_travel(number, travel)
-        for number_of_set, conditional in enumerate(conditionals):
+        scans.append((wheel, limits, regression.whiten_travel(number, travel)))
+    for conditional in conditionals:
+        for wheel, limits, columns in scans:
             z_scores = conditional.z_scores(columns)
             at = int(np.argmax(z_scores))
             if z_scores[at] > SEEN and limits[at] > 0.0:
                 above = round(float(limits[at]), 4)
                 for kind in effects_scanned_by("threshold", wheel):
                     offer = term(kind.name, wheel, len(limits), above=above)
-                    candidates[number_of_set] += _bounded(regression, conditional, [offer])
-    return [candidate for of_set in candidates for candidate in of_set]
+                    found += _bounded(regression, conditional, [offer])
+    return found
 
 
 def _harmonics(regression: Regression, conditionals: Sequence[ConditionalFit]) -> list[Term]:
     """Return the two most significant harmonics of each wheel's turn in its travel."""
-    candidates: list[list[Term]] = [[] for _ in conditionals]
+    scans, found = [], []
     for number, wheel in enumerate(regression.windows[0].signals.wheels):
         travel = []
         for windows in regression.windows:
@@ -315,16 +316,17 @@ def _harmonics(regression: Regression, conditionals: Sequence[ConditionalFit]) -
             phase = np.outer(angle, np.repeat(ORDERS, 2))
             quarter = np.tile([0.0, 0.5 * np.pi], len(ORDERS))
             travel.append(np.diff(np.cos(phase + quarter), axis=0))
-        columns = regression.whiten_travel(number, travel)
-        for conditional, of_set in zip(conditionals, candidates, strict=True):
+        scans.append((wheel, regression.whiten_travel(number, travel)))
+    for conditional in conditionals:
+        for wheel, columns in scans:
             chi_square = (conditional.z_scores(columns).reshape(len(ORDERS), 2) ** 2).sum(axis=1)
-            of_set += [
+            found += [
                 term(kind.name, wheel, len(ORDERS), order=float(ORDERS[at]))
                 for kind in effects_scanned_by("order", wheel)
                 for at in np.argsort(-chi_square)[:2]
                 if chi_square[at] > SEEN**2
             ]
-    return [candidate for of_set in candidates for candidate in of_set]
+    return found
 
 
 def merged(known: Sequence[Term], new: Sequence[Term]) -> list[Term]:

@@ -7,14 +7,13 @@ import pytest
 
 from omnimate.effects.effect import RECORDING_DISCREPANCY_FACTOR
 from omnimate.effects.floor_slope import FILM_DISCREPANCY
-from omnimate.mismatch.answer.uncertainty import sigmas
 from omnimate.mismatch.candidates.terms import term
 
 
 def told(name, component, coefficient, variance, **fixed):
     member = term(name, component, **fixed)
     built = member.built(np.full(len(member.probes), coefficient))
-    return member, built, sigmas(member, built, variance * np.eye(len(member.probes)))
+    return member, built, member.sigmas(built, variance * np.eye(len(member.probes)))
 
 
 def test_a_small_effect_is_as_sure_as_the_data_make_it():
