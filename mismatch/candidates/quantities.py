@@ -26,21 +26,19 @@ RARE = 0.005  # share of the samples beyond either end of a curve: too few to te
 Curves = dict[str, list["Array"]]
 
 
-def excited(signals: Sequence[Signals]) -> set[str]:
-    """Return which channels move, and "turning" where the robot turns: the rest of a drive is noise."""
-    return {*moving_channels(signals), *(("turning",) if turns(signals) else ())}
-
-
 def shared_quantities(signals: Sequence[Signals]) -> list[Curves]:
-    """Return of each recording the curves over the quantities that vary in all of them."""
-    moving = excited(signals)
-    curves = [quantities(recording, moving) for recording in signals]
+    """Return of each recording the curves over the quantities that vary in all of them.
+
+    Where a channel hardly moves, or the robot hardly turns, that is noise.
+    """
+    moving = moving_channels(signals) | ({"turning"} if turns(signals) else set())
+    curves = [_quantities(recording, moving) for recording in signals]
     return [
         {name: own[name] for name in curves[0] if all(name in other for other in curves)} for own in curves
     ]
 
 
-def quantities(signals: Signals, moving: Container[str]) -> Curves:
+def _quantities(signals: Signals, moving: Container[str]) -> Curves:
     """Return curves `(N - 1,)` of order one over each quantity on which an error may depend.
 
     They are taken from the wheels, and from the linkage's angles: what readings round off must not stand on
@@ -50,7 +48,7 @@ def quantities(signals: Signals, moving: Container[str]) -> Curves:
 
     Args:
         signals: Of a recording.
-        moving: As `excited` returns it.
+        moving: Channels that move, and "turning" where the robot turns.
     """
     block, linked = signals.block, bool(signals.reading.shape[1])
     lead = Motion(block, "a")

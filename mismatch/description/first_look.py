@@ -119,7 +119,7 @@ def first_look(recordings: Sequence[Recording]) -> Look | None:
 def _looked(truck: TruckName, stretches: Stretches, few: Stretches, nominal: float) -> Look:
     """Return the best explanation, with the wiring that explains `few` stretches best."""
     wiring, equals, probability, of_few = _wired(few)
-    ratios, cost = _fitted(stretches, wiring, _all(stretches), [float(of_few[2])])
+    ratios, cost = _fitted(stretches, wiring, [float(of_few[2])])
     heldout, sigmas = _left_out(stretches, wiring, ratios)
     scrub_log_odds = _log_likelihood(stretches, _scrubbed(stretches, wiring) / cost)
     return Look(
@@ -137,10 +137,6 @@ def _looked(truck: TruckName, stretches: Stretches, few: Stretches, nominal: flo
     )
 
 
-def _all(stretches: Stretches) -> NDArray[np.bool_]:
-    return np.ones(len(stretches.stretch), bool)
-
-
 def _shares(stretches: Stretches, wiring: Wiring, ratios: Array, nominal: float) -> Array:
     """Return the fractions (4,) of the explained mean square lost without each ratio or the wiring."""
     turned, without = wiring.wheels(stretches.turned), np.where(np.eye(3), 1.0, ratios)
@@ -152,7 +148,7 @@ def _shares(stretches: Stretches, wiring: Wiring, ratios: Array, nominal: float)
 
 def _wired(stretches: Stretches) -> tuple[Wiring, tuple[Wiring, ...], float, Array]:
     """Return the most probable wiring, its equals, the probability of them all, and the ratios (3,)."""
-    fits = [_fitted(stretches, wiring, _all(stretches), _STARTS) for wiring in WIRINGS]
+    fits = [_fitted(stretches, wiring, _STARTS) for wiring in WIRINGS]
     log_likelihoods = np.array([_log_likelihood(stretches, cost) for _, cost in fits])
     log_posteriors = log_likelihoods - FAULT_LOG_ODDS * np.array([wiring.faults for wiring in WIRINGS])
     best = int(np.argmax(log_posteriors))
@@ -168,9 +164,12 @@ def _log_likelihood(stretches: Stretches, cost: float) -> float:
 
 
 def _fitted(
-    stretches: Stretches, wiring: Wiring, used: NDArray[np.bool_], starts: Sequence[float]
+    stretches: Stretches,
+    wiring: Wiring,
+    starts: Sequence[float],
+    used: NDArray[np.bool_] | slice = slice(None),
 ) -> tuple[Array, float]:
-    """Return the ratios (3,) of least squares, and their mean square error [m^2]."""
+    """Return the ratios (3,) of least squares for some poses, and their mean square error [m^2]."""
     turned = wiring.wheels(stretches.turned)
 
     def missed(logs: Array) -> Array:
@@ -178,7 +177,7 @@ def _fitted(
 
     fits = [_least(missed, np.log([1.0, 1.0, start])) for start in starts]
     logs, cost = min(fits, key=lambda fit: fit[1])
-    return np.exp(logs), cost / int(used.sum())
+    return np.exp(logs), cost / len(stretches.stretch[used])
 
 
 def _scrubbed(stretches: Stretches, wiring: Wiring) -> float:
@@ -203,7 +202,7 @@ def _left_out(stretches: Stretches, wiring: Wiring, ratios: Array) -> tuple[floa
     group = stretches.stretch % min(_GROUPS, stretches.count)
     turned, missed, estimates = wiring.wheels(stretches.turned), [], []
     for number in range(int(group.max()) + 1):
-        of_others, _ = _fitted(stretches, wiring, group != number, [float(ratios[2])])
+        of_others, _ = _fitted(stretches, wiring, [float(ratios[2])], group != number)
         missed.append(stretches.missed(turned, of_others)[group == number])
         estimates.append(of_others)
     sigmas = np.std(estimates, axis=0) * math.sqrt(max(len(estimates) - 1, 1))

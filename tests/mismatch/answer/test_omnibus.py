@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.answer.omnibus import ERROR_RATE, leftover
-from omnimate.mismatch.candidates.quantities import excited, quantities
+from omnimate.mismatch.candidates.quantities import shared_quantities
 from omnimate.mismatch.recording.signals import signals_of
 
 
@@ -16,13 +16,13 @@ def fit_of(regression, drive):
     """Return a function that makes a fit that leaves noise, and some of a quantity on a channel."""
     shown = regression(drive(laps=2))
     signals = [windows.signals for windows in shown.windows]
-    curves = quantities(signals[0], excited(signals))
+    curves = shared_quantities(signals)[0]
 
     def made(seed, quantity="", share=0.0, channel=1):
         rows = np.random.default_rng(seed).normal(size=(len(shown.channel), 1))
         if quantity:
             mine = np.flatnonzero(shown.channel == channel)
-            curve = curves[quantity][0][np.maximum(shown.windows[0].ends[shown.moment[mine]] - 1, 0)]
+            curve = shown.windows[0].at_ends(curves[quantity][0])[shown.moment[mine]]
             rows[mine, 0] += np.sqrt(share / (1.0 - share)) * curve
         stretch = (shown.time // 4.0).astype(int)
         residual = SimpleNamespace(residual=rows[:, 0])
@@ -69,13 +69,13 @@ def test_a_reading_that_follows_the_links_yaw_acceleration_is_unknown_there(driv
 
 
 def test_what_the_second_truck_answers_to_the_floor_is_no_cause(drive):
-    names = quantities(signal := signals_of(drive(laps=1)), excited([signal]))
+    [names] = shared_quantities([signals_of(drive(laps=1))])
     assert not {"speed of b.left", "acceleration of b.right", "rate of joint_b"} & set(names)
 
 
 def test_quantities_have_mean_zero_or_are_waves(drive):
     signals = [signals_of(drive(laps=1))]
-    for name, curves in quantities(signals[0], excited(signals)).items():
+    for name, curves in shared_quantities(signals)[0].items():
         for curve in curves:
             assert curve.shape == (len(signals[0].block),)
             assert np.abs(curve).max() < 50.0, name
