@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.block import wheel_number
 from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.diagnosis import Evidence, Signature, Trace
 from omnimate.mismatch.recording.folds import laps_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from omnimate.effects.effect import Effect
     from omnimate.mismatch.candidates.regression import Regression
@@ -93,37 +93,34 @@ def _signature(
 
 def quantity(effect: Effect, windows: Sequence[Windows]) -> tuple[list[Array], str]:
     """Return what an effect depends on, at every window's end of each recording, and what that is called."""
-    build, label = _quantity(effect, list(windows[0].signals.wheels))
-    return [build(one) for one in windows], label
+    pairs = [_quantity(effect, own) for own in windows]
+    return [values for values, _ in pairs], pairs[0][1]
 
 
-def _quantity(effect: Effect, wheels: Sequence[str]) -> tuple[Callable[[Windows], Array], str]:
-    """Return a function that gives the quantity of one recording, and what it is called."""
-    component, over = effect.component, effect.plotted_over
+def _quantity(effect: Effect, windows: Windows) -> tuple[Array, str]:
+    """Return the quantity of one recording at every window's end, `(M + 1,)`, and what it is called."""
+    signals, block, component = windows.signals, windows.signals.block, effect.component
     joint = 1 if component == "joint_b" else 0
-    truck = 1 if component in {"b", "joint_b"} and len(wheels) > 2 else 0
-    if over == "wheel angle":
-        order, column = getattr(effect, "order", 1.0), wheels.index(component)
-        label = f"angle of {component}" + (f" x {order:g}" if order != 1.0 else "") + " [degrees]"
-        return lambda one: _turns(order * one.at_ends(one.signals.block.angle[:, column])), label
-    found: tuple[Callable[[Windows], Array], str] = (lambda one: one.time - one.time[0], "time [s]")
-    if over == "joint angle":
-        label = f"angle of joint_{'ab'[joint]} [degrees]"
-        found = (lambda one: np.degrees(one.signals.reading[one.ends, joint])), label
-    if over == "heading":
-        found = (lambda one: _turns(one.signals.path[one.ends, 0, 2])), "heading [degrees]"
-    if over == "link length":
-        found = (lambda one: one.signals.reading[one.ends, 2]), "link length [m]"
-    if over == "speed":
-        found = (lambda one: one.at_ends(one.signals.block.speed.mean(axis=1))), "speed [m/s]"
-    if over == "turn rate":
-        found = partial(_turn_rate, truck), f"turn rate of truck {'ab'[truck]} [degrees/s]"
-    return found
-
-
-def _turn_rate(truck: int, windows: Windows) -> Array:
-    block = windows.signals.block
-    return np.asarray(np.degrees(windows.at_ends(block.twist[:, truck, 2] / block.period)))
+    truck = 1 if component in {"b", "joint_b"} and len(signals.trucks) > 1 else 0
+    values, label = windows.time - windows.time[0], "time [s]"
+    match effect.plotted_over:
+        case "wheel angle":
+            order = getattr(effect, "order", 1.0)
+            values = _turns(order * windows.at_ends(block.angle[:, wheel_number(component)]))
+            label = f"angle of {component}{f' x {order:g}' if order != 1.0 else ''} [degrees]"
+        case "joint angle":
+            values = np.degrees(signals.reading[windows.ends, joint])
+            label = f"angle of joint_{'ab'[joint]} [degrees]"
+        case "heading":
+            values, label = _turns(signals.path[windows.ends, 0, 2]), "heading [degrees]"
+        case "link length":
+            values, label = signals.reading[windows.ends, 2], "link length [m]"
+        case "speed":
+            values, label = windows.at_ends(block.speed.mean(axis=1)), "speed [m/s]"
+        case "turn rate":
+            values = np.degrees(windows.at_ends(block.twist[:, truck, 2] / block.period))
+            label = f"turn rate of truck {'ab'[truck]} [degrees/s]"
+    return values, label
 
 
 def _turns(angle: Array) -> Array:
