@@ -34,9 +34,9 @@ def plain_covariance(position: float, heading: float = HEADING) -> Array:
     return np.diag([position**2, position**2, heading**2])
 
 
-def floor_covariance(position: float) -> Array:
+def floor_covariance(position: float, truck: Truck = LABMATE, side: float = 4.0) -> Array:
     """Return the covariance `(3, 3)` on a floor so rough that x and y scatter by `position` [m]."""
-    unit = square_covariance(4.0, LABMATE.wheelbase)
+    unit = square_covariance(side, truck.wheelbase)
     return np.asarray(unit * (position**2 / unit[0, 0]), np.float64)
 
 
@@ -72,16 +72,16 @@ class Trial:
         return Experiment("trial", believed or self.truck, ReturnErrors(cw, ccw, self.side, "trial"))
 
 
-def after_calibration(trial: Trial, count: int) -> Array:
+def after_calibration(trial: Trial, count: int, method: Method = "printed", seed: int = 0) -> Array:
     """Return E_max,syst [m] `(count,)` of robots calibrated once and driven again, as in U Table I."""
-    chance = np.random.default_rng(0)
-    trucks = (calibrate(trial.drive(chance), "printed").truck for _ in range(count))
+    chance = np.random.default_rng(seed)
+    trucks = (calibrate(trial.drive(chance), method).truck for _ in range(count))
     return np.array([trial.drive(chance, truck).errors.e_max_syst for truck in trucks])
 
 
-def left_over(trial: Trial, count: int, method: Method) -> Array:
+def left_over(trial: Trial, count: int, method: Method, seed: int = 0) -> Array:
     """Return E_max,syst [m] `(count,)` that robots calibrated once would have without any scatter."""
-    chance = np.random.default_rng(0)
+    chance = np.random.default_rng(seed)
     sizes = []
     for _ in range(count):
         calibrated = calibrate(trial.drive(chance), method).truck
@@ -90,7 +90,7 @@ def left_over(trial: Trial, count: int, method: Method) -> Array:
     return np.array(sizes)
 
 
-def efficiency(trial: Trial, count: int, *, estimated_weights: bool = True) -> Array:
+def efficiency(trial: Trial, count: int, *, estimated_weights: bool = True, seed: int = 0) -> Array:
     """Return the mean square errors of E_b and E_d `(2,)` of the weighted fit over their Cramer-Rao bounds.
 
     Args:
@@ -98,8 +98,9 @@ def efficiency(trial: Trial, count: int, *, estimated_weights: bool = True) -> A
         count: Number of experiments.
         estimated_weights: Whether the weights come from the scatter of the runs, as on a robot, or from the
             true covariance.
+        seed: Seed of the random scatter.
     """
-    chance = np.random.default_rng(0)
+    chance = np.random.default_rng(seed)
     cw, ccw = (trial.runs_of(chance, direction, count) for direction in (0, 1))
     if estimated_weights:
         factors = weighted_factors(trial.truck, trial.side, cw, ccw)
@@ -113,12 +114,12 @@ def efficiency(trial: Trial, count: int, *, estimated_weights: bool = True) -> A
     return np.asarray(square / np.diag(bound), np.float64)
 
 
-def coverage(trial: Trial, count: int, method: Method) -> Array:
-    """Return the share `(2,)` of the delta method's 95 % intervals of E_b and E_d that contain the truth."""
-    chance = np.random.default_rng(0)
+def coverage(trial: Trial, count: int, method: Method, confidence: float = 0.95, seed: int = 0) -> Array:
+    """Return the share `(2,)` of the delta method's intervals of E_b and E_d that contain the truth."""
+    chance = np.random.default_rng(seed)
     held = []
     for _ in range(count):
-        known = uncertainty_of(calibrate(trial.drive(chance), method), 0.95)
+        known = uncertainty_of(calibrate(trial.drive(chance), method), confidence)
         e_b, e_d = known.e_b, known.e_d
         held.append((e_b.low <= trial.e_b <= e_b.high, e_d.low <= trial.e_d <= e_d.high))
     return np.asarray(np.mean(held, axis=0), np.float64)
