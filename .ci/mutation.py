@@ -49,6 +49,7 @@ STYLE = (
 )  # only tools or guards read these
 
 SEEDS = (0, 1, 2)  # of property tests; fixed, so that a result repeats
+Mutant = tuple[str, tuple[str, str]]  # a changed source, the line that it changes, and what this becomes
 
 
 class RemoveStatement(Operator):  # type: ignore[misc]  # cosmic-ray has no types
@@ -72,7 +73,7 @@ class RemoveStatement(Operator):  # type: ignore[misc]  # cosmic-ray has no type
         return ()
 
 
-def mutants(source: str) -> list[tuple[str, tuple[str, str]]]:
+def mutants_of(source: str) -> list[Mutant]:
     """Return each changed source with the line that it changes and what this becomes."""
     found = []
     names = [f"core/{name}" for name in CONFIGURATION["operators"].split()]
@@ -142,24 +143,30 @@ def examine(file: str) -> int:
     start = time.monotonic()
     source = (ROOT / file).read_text(encoding="utf-8")
     excused = {(entry["was"], entry["becomes"]) for entry in CONFIGURATION["equivalent"].get(file, ())}
-    found = mutants(source)
+    found = mutants_of(source)
     with tempfile.TemporaryDirectory() as copy, ProcessPoolExecutor(2, None, prepare, (copy,)) as pool:
         began = time.monotonic()
         if not pool.submit(passes, file, 300, SEEDS[0], source).result():
             sys.exit(f"{file}: its tests fail as they are, with compiled functions as plain Python")
         timeout = 10 + round(5 * (time.monotonic() - began))
-        survivors = found
-        for seed in SEEDS:  # where no example of one seed notices a change, those of the next may
-            is_alive = list(pool.map(partial(passes, file, timeout, seed), [text for text, _ in survivors]))
-            survivors = [mutant for mutant, alive in zip(survivors, is_alive, strict=True) if alive]
-            print(f"  {len(survivors)} left by the examples of seed {seed}", flush=True)
-    unexcused = [lines for _, lines in survivors if lines not in excused]
-    stale = excused.difference(lines for _, lines in survivors)
-    for was, becomes in unexcused:
+
+        def left(mutants: list[Mutant], seed: int) -> list[Mutant]:
+            """Return the mutants that no test notices with the examples of a seed."""
+            is_alive = pool.map(partial(passes, file, timeout, seed), [text for text, _ in mutants])
+            return [mutant for mutant, alive in zip(mutants, is_alive, strict=True) if alive]
+
+        survivors = left(found, SEEDS[0])
+        unexcused = [(text, lines) for text, lines in survivors if lines not in excused]
+        for seed in SEEDS[1:]:  # where no example of one seed notices a change, those of the next may
+            unexcused = left(unexcused, seed)
+    equivalent = [lines for _, lines in survivors if lines in excused]
+    stale = excused.difference(equivalent)
+    for _, (was, becomes) in unexcused:
         print(f"  survived: {was}\n        as: {becomes}")
     for was, becomes in sorted(stale):
         print(f"  listed, yet no survivor: {was}\n        as: {becomes}")
-    counts = f"{len(found) - len(survivors)} killed, {len(survivors) - len(unexcused)} equivalent"
+    killed = len(found) - len(unexcused) - len(equivalent)
+    counts = f"{killed} killed, {len(equivalent)} equivalent"
     seconds = time.monotonic() - start
     print(f"{file}: {len(found)} mutants, {counts}, {len(unexcused)} survived, {seconds:.0f} s", flush=True)
     return len(unexcused) + len(stale)
