@@ -1,123 +1,79 @@
-"""Square runs out of recordings."""
+"""Checks before every calibration: one robot, and no encoder that stands still."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from omnimate.calib.apply import corrected_truck
-from omnimate.calib.errors import CalibrationError, FixError
-from omnimate.calib.fixes import mean_pose
-from omnimate.calib.recordings import has_fixes
-from omnimate.calib.umbmark.exact import square_returns
-from omnimate.calib.umbmark.runs import square_runs
+from omnimate.calib.errors import CalibrationError, FrozenChannelError
+from omnimate.calib.linkage.calibration import calibrate_linkage
+from omnimate.calib.paths.drives import drives_of
+from omnimate.calib.recordings import frozen_linkage
+from omnimate.calib.umbmark.experiment import experiment_of_recordings
+from omnimate.motion.paths import umbmark
+from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.parameters import Truck
-from omnimate.vehicle.recording import Poses, Run
+from omnimate.vehicle.recording import Recording
 
-BELIEVED = Truck(0.34, 0.15, 0.15)
-ACTUAL = corrected_truck(BELIEVED, 0.98874, 1.00084)
-
-
-def test_runs_have_the_errors_of_the_chain(drive_squares) -> None:
-    """Wherever the robot starts, each lap's return error is that of the exact chain, in the start's frame."""
-    recording = drive_squares(BELIEVED, ACTUAL, ("cw", "ccw", "cw"))
-    chain = dict(zip(("cw", "ccw"), square_returns(BELIEVED, ACTUAL, 4.0), strict=True))
-    runs = square_runs(recording)
-    assert [run.direction for run in runs] == ["cw", "ccw", "cw"]
-    for run in runs:
-        run.check(BELIEVED, 4.0)
-        assert run.return_error(BELIEVED) == pytest.approx(chain[run.direction], abs=1e-5)
-        assert run.return_error(ACTUAL) == pytest.approx(np.zeros(3), abs=1e-5)
+VEHICLE = reference_vehicle()
 
 
-def test_fixes_of_one_rest_are_averaged_and_moving_ones_left_out(drive_squares) -> None:
-    """A rest's three fixes count by their inverse variance; one on the way counts for nothing."""
-    recording = drive_squares(BELIEVED, ACTUAL)
-    poses = recording.poses
-    moving = 0.5 * (poses.time[0] + poses.time[1])
-    time = np.array([poses.time[0], poses.time[0] + 0.1, poses.time[0] + 0.2, moving, *poses.time[1:]])
-    pose = np.vstack(
-        [poses.pose[[0, 0, 0]] + [[0.01, 0, 0], [-0.01, 0, 0], [5, 5, 0]], [9, 9, 9], poses.pose[1:]]
-    )
-    sigma = np.vstack([[[0.002] * 3] * 2, [[1e6] * 3], [[0.002] * 3] * 3])
-    busy = replace(recording, poses=Poses(time, np.full(len(time), "a"), pose, sigma))
-    for run, plain in zip(square_runs(busy), square_runs(recording), strict=True):
-        assert run.absolute == pytest.approx(plain.absolute, abs=1e-5)
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    return simulate(VEHICLE, Truth(VEHICLE, seed=1), umbmark(2.0, 1, link_length=1.0))
 
 
-def test_only_the_truck_s_own_fixes_count(drive_squares) -> None:
-    """Poses of the other body are not there for this one."""
-    recording = drive_squares(BELIEVED, ACTUAL)
-    assert has_fixes(recording, "a")
-    assert not has_fixes(recording, "b")
-    poses = recording.poses
-    others = replace(poses, body=np.full(len(poses.time), "b"))
-    with pytest.raises(CalibrationError, match="no pose of truck a"):
-        square_runs(replace(recording, poses=others))
+def frozen(recording: Recording, channel: str, start: float = 0.0) -> Recording:
+    """Return the recording with a channel that stops counting after a part of it."""
+    counts = recording.counts.copy()
+    column, first = VEHICLE.channels.index(channel), int(start * len(counts))  # type: ignore[arg-type]  # the channels
+    counts[first:, column] = counts[first, column]
+    return replace(recording, counts=counts)
 
 
-def test_an_unknown_heading_after_the_lap_is_accepted(drive_squares) -> None:
-    """A tape measures x and y only: the run's heading error is nan, its position error stands."""
-    recording = drive_squares(BELIEVED, ACTUAL, ("cw",))
-    poses = recording.poses
-    pose = poses.pose.copy()
-    pose[1, 2] = np.nan
-    run = square_runs(replace(recording, poses=replace(poses, pose=pose)))[0]
-    error = run.return_error(BELIEVED)
-    assert error[:2] == pytest.approx(square_returns(BELIEVED, ACTUAL, 4.0)[0, :2], abs=1e-5)
-    assert np.isnan(error[2])
+def test_a_healthy_recording_has_no_frozen_channel(recording: Recording) -> None:
+    """Joints and link move in squares, if only a little."""
+    assert frozen_linkage(recording) == ()
 
 
-@pytest.mark.parametrize(("kept", "words"), [([1, 2], "before the lap"), ([0, 1], "after the lap")])
-def test_a_missing_fix_is_named(drive_squares, kept: list[int], words: str) -> None:
-    """A lap without a fix before or after it is an error with the lap's number."""
-    recording = drive_squares(BELIEVED, ACTUAL)
-    with pytest.raises(FixError, match=words) as caught:
-        square_runs(replace(recording, poses=recording.poses.select(kept)))
-    assert "lap" in caught.value.source
+@pytest.mark.parametrize("channel", ["joint_a", "joint_b", "link"])
+def test_a_frozen_channel_of_the_linkage_is_named(recording: Recording, channel: str) -> None:
+    """One error for the one that stands still."""
+    (advice,) = frozen_linkage(frozen(recording, channel))
+    assert advice.severity == "error"
+    assert f"{channel} is frozen" in advice.what
 
 
-def test_a_start_without_heading_is_refused(drive_squares) -> None:
-    """The frame of the start needs its theta."""
-    recording = drive_squares(BELIEVED, ACTUAL)
-    poses = recording.poses
-    with pytest.raises(FixError, match="theta"):
-        square_runs(replace(recording, poses=replace(poses, pose=poses.pose * [1, 1, np.nan])))
+@pytest.mark.parametrize(("channel", "wheel"), [("a.left", "left wheel"), ("a.right", "right wheel")])
+@pytest.mark.parametrize("start", [0.0, 0.6])
+def test_a_frozen_wheel_is_named(recording: Recording, channel: str, wheel: str, start: float) -> None:
+    """From the beginning or in the middle; it is not mistaken for a lap that is no square."""
+    with pytest.raises(FrozenChannelError, match=f"{wheel}.*did not count.*check its encoder"):
+        experiment_of_recordings([frozen(recording, channel, start)])
 
 
-def test_recordings_without_laps_or_poses_are_refused(drive_squares) -> None:
-    """Each says what is missing."""
-    recording = drive_squares(BELIEVED, ACTUAL)
-    with pytest.raises(CalibrationError, match=r"run\.toml"):
-        square_runs(replace(recording, run=None))
-    with pytest.raises(CalibrationError, match=r"poses\.csv"):
-        square_runs(replace(recording, poses=None))
+def test_a_robot_that_stands_has_no_frozen_channel(recording: Recording) -> None:
+    """Nothing moves, nothing is missed."""
+    still = replace(recording, counts=np.tile(recording.counts[:1], (len(recording), 1)))
+    assert frozen_linkage(still) == ()
 
 
-def test_free_laps_are_left_out(drive_squares) -> None:
-    """A lap of direction none is no square."""
-    recording = drive_squares(BELIEVED, ACTUAL)
-    laps = (replace(recording.run.laps[0], direction="none"), recording.run.laps[1])
-    free = replace(recording, run=Run("umbmark", 4.0, laps))
-    assert [run.direction for run in square_runs(free)] == ["ccw"]
+@pytest.mark.parametrize("calibrate", [drives_of, experiment_of_recordings, calibrate_linkage])
+def test_recordings_of_two_robots_are_refused_and_so_are_none(recording: Recording, calibrate) -> None:
+    """The same robot with another truck, as before and after a calibration, is another one, too."""
+    other = VEHICLE.with_truck("a", Truck(0.4, 0.15, 0.15))
+    with pytest.raises(CalibrationError, match=r"^other: truck a differs.*expected one robot"):
+        calibrate([recording, replace(recording, vehicle=other, source="other")])
+    named = replace(VEHICLE, name="twin")
+    with pytest.raises(CalibrationError, match="give recordings of one robot at a time"):
+        calibrate([recording, replace(recording, vehicle=named)])
+    with pytest.raises(CalibrationError, match="no recording given"):
+        calibrate([])
 
 
-def test_absent_samples_do_not_move_the_robot(drive_squares) -> None:
-    """A gap while the robot stands changes nothing."""
-    recording = drive_squares(BELIEVED, ACTUAL)
-    present = recording.present.copy()
-    present[3:8, 0] = False
-    for run, plain in zip(
-        square_runs(replace(recording, present=present)), square_runs(recording), strict=True
-    ):
-        assert run.return_error(BELIEVED) == pytest.approx(plain.return_error(BELIEVED), abs=1e-9)
-
-
-def test_mean_of_poses_across_the_cut() -> None:
-    """Headings at +-180 degrees average to 180, not to 0; without sigma all weigh the same."""
-    poses = np.array([[0.0, 0.0, np.pi - 0.01], [2.0, 0.0, -np.pi + 0.03]])
-    mean = mean_pose(poses, np.full((2, 3), np.nan))
-    assert mean[0] == pytest.approx(1.0)
-    assert np.cos(mean[2]) == pytest.approx(np.cos(np.pi + 0.01))
-    weighted = mean_pose(poses, np.array([[1.0, 1.0, 1.0], [2.0, 1.0, 1.0]]))
-    assert weighted[0] == pytest.approx(0.4)
+@pytest.mark.parametrize("calibrate", [drives_of, experiment_of_recordings])
+def test_a_truck_that_is_not_there_is_refused(drive_squares, calibrate) -> None:
+    with pytest.raises(CalibrationError, match="no truck b"):
+        calibrate([drive_squares(Truck(0.34, 0.15, 0.15), Truck(0.34, 0.15, 0.15))], "b")

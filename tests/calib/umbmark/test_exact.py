@@ -96,7 +96,7 @@ def test_a_second_pass_on_unequal_wheels_is_exact() -> None:
 
 
 def test_headings_join_by_their_weight() -> None:
-    """Headings of little scatter beside positions of much decide; unweighted they do not count."""
+    """Headings with little scatter decide over positions with much; unweighted they do not count."""
     truck = Truck(0.34, 0.15, 0.15)
     chain = square_returns(truck, corrected_truck(truck, 0.99, 1.0), 4.0)
     chain[:, :2] += [[0.05, 0.02], [-0.01, 0.04]]
