@@ -104,7 +104,10 @@ def frozen_linkage(recording: Recording) -> tuple[Advice, ...]:
         left, right, _ = truck_travel(recording, truck)
         turns = float(np.ptp(right - left)) / recording.vehicle.trucks[truck].wheelbase > _TRUCK_TURN
         travel = float(np.abs(np.diff(0.5 * (left + right))).sum())
-        if travel > (_LINK_TRAVEL_IN_TURNS if turns else _LINK_TRAVEL) if channel == "link" else turns:
+        is_frozen = turns
+        if channel == "link":
+            is_frozen = travel > (_LINK_TRAVEL_IN_TURNS if turns else _LINK_TRAVEL)
+        if is_frozen:
             what = f"{recording.source}: {channel} is frozen: {travel:.0f} m of driving, and not one count"
             do = "check its encoder, its cable and its cob_id, and record anew; IPEC and --linkage need it"
             advice.append(Advice("error", what, do))

@@ -192,11 +192,11 @@ def _linear(moves: tuple[Array, Array, Array], motions: Motions, sensor: Array) 
     covariance = CONCRETE_ROUGHNESS**2 * (into @ noise.sum(axis=0) @ into.T)
     covariance = covariance + motions.sigma[:, :, np.newaxis] ** 2 * np.eye(3)
     whitening = np.linalg.inv(np.linalg.cholesky(covariance))
-    white, slopes = (whitening @ residual[:, :, np.newaxis])[:, :, 0], whitening @ jacobian
+    white, white_slopes = (whitening @ residual[:, :, np.newaxis])[:, :, 0], whitening @ jacobian
     distance = (white**2).sum(axis=1)
     weights = np.minimum(1.0, np.sqrt(OUTLIER_THRESHOLD / np.maximum(distance, 1e-300)))
-    weighed = slopes * weights[:, np.newaxis, np.newaxis]
-    information = np.einsum("kij,kil->jl", weighed, slopes)
+    weighed = white_slopes * weights[:, np.newaxis, np.newaxis]
+    information = np.einsum("kij,kil->jl", weighed, white_slopes)
     return information, np.einsum("kij,ki->j", weighed, white), np.column_stack([weights, distance])
 
 

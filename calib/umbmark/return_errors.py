@@ -113,9 +113,9 @@ class ReturnErrors:
     @property
     def covariance_of_centres(self) -> Array:
         """Covariance `(6, 6)` of the two centres of gravity, cw then ccw."""
-        both = np.zeros((6, 6))
-        both[:3, :3] = np.outer(MIRROR, MIRROR) * self.covariance / self.runs[0]
-        both[3:, 3:] = self.covariance / self.runs[1]
+        both, covariance = np.zeros((6, 6)), self.covariance
+        both[:3, :3] = np.outer(MIRROR, MIRROR) * covariance / self.runs[0]
+        both[3:, 3:] = covariance / self.runs[1]
         return both
 
     @property
