@@ -17,7 +17,7 @@ from omnimate.vehicle.se2 import Array
 from studies.mismatch.scoring.efficiency import Efficiency
 from studies.mismatch.scoring.score import Bin
 
-BOUND = 5.0  # [sigma] beside which the strength found half of the time is judged
+BOUND = 5.0  # [sigma] with which the strength that is found half of the time is compared
 BINS = 8  # of the injections by their strength
 JITTER = 0.03  # of the axis, by which the marks of single injections are spread
 LEAST_SHARE = -0.2  # recovered share below which marks are drawn at the edge

@@ -91,18 +91,18 @@ class Term:
         return kind(component=self.component, **self.fixed, **values)
 
     def sigmas(self, effect: Effect, covariance: Array) -> dict[str, float | tuple[float, ...]]:
-        """Return the standard deviations of the parameters that its coefficients tell.
+        """Return the standard deviations of the parameters that its coefficients determine.
 
-        They hold what the data leave open, and that no law is exact.
+        They include the uncertainty of the coefficients, and the discrepancy of the effect's law.
 
         Args:
-            effect: That was built of it.
-            covariance: Of its coefficients, `(k, k)`.
+            effect: Effect that was built from the coefficients.
+            covariance: Covariance of the coefficients, `(k, k)`.
         """
         if self.is_setup:
             own = effect.parameters
-            told = np.sqrt(np.diag(covariance)).tolist()
-            return {one.name: one.scale * sigma for one, sigma in zip(own, told, strict=True)}
+            sigmas = np.sqrt(np.diag(covariance)).tolist()
+            return {one.name: one.scale * sigma for one, sigma in zip(own, sigmas, strict=True)}
         spec = next(one for one in effect.parameters if one.name == self.linear)
         value = getattr(effect, self.linear)
         inexact = effect.discrepancy()
@@ -111,11 +111,11 @@ class Term:
             size, angle = max(value / spec.scale, 1e-9), getattr(effect, angle_name)
             along = np.array([math.cos(angle), math.sin(angle)])
             across = np.array([-math.sin(angle), math.cos(angle)])
-            size_told = spec.scale * math.sqrt(float(along @ covariance @ along))
-            turned = math.sqrt(float(across @ covariance @ across)) / size
+            size_sigma = spec.scale * math.sqrt(float(along @ covariance @ along))
+            angle_sigma = math.sqrt(float(across @ covariance @ across)) / size
             return {
-                self.linear: math.hypot(size_told, inexact * value),
-                angle_name: min(math.hypot(turned, inexact), math.pi),
+                self.linear: math.hypot(size_sigma, inexact * value),
+                angle_name: min(math.hypot(angle_sigma, inexact), math.pi),
             }
         deviations = spec.scale * np.sqrt(np.diag(covariance))
         if self.is_event:

@@ -37,7 +37,7 @@ def alike(
 ) -> dict[Name, float]:
     """Return the effects that drives cannot tell from one, and the standard deviations that separate them.
 
-    `change` is the whitened change by the effect, shape `(K,)`; `more` its parameters beside its size, as
+    `change` is the whitened change by the effect, shape `(K,)`; `more` its parameters other than its size, as
     rivals that act at moments take its moments.
     """
     columns = rivals(effect, more, drives, ruler)
@@ -92,7 +92,7 @@ _MORE_PLACES = {
 def _others(
     name: str, component: str, effect: str, more: Mapping[str, Any], drives: Sequence[Drive]
 ) -> list[dict[str, Any]]:
-    """Return the parameters of a rival beside its size: none where it cannot act, two for any phase."""
+    """Return the parameters of a rival other than its size: none where it cannot act, two for any phase."""
     first, spans = _times_of(effect, more, float(drives[-1].time[-1]))
     if name in WAVES:
         order = {"order": more.get("order")} if name == "gear_harmonic" else {}
@@ -156,7 +156,7 @@ class Strong:
     """An injection, measured."""
 
     injection: Injection  # what is injected
-    strength: float  # standard deviations by which it stands above the noise, nuisances estimated beside it
+    strength: float  # standard deviations by which it stands above the noise, nuisances estimated with it
     # other effects by (effect, component), and the standard deviations that tell them from it; those that
     # this drive cannot tell apart
     alike: dict[tuple[str, str], float]
@@ -197,14 +197,14 @@ def draw(drives: Sequence[Drive], ruler: Ruler, chance: Generator) -> Strong | N
 def strength_of(injection: Injection, drives: Sequence[Drive], ruler: Ruler) -> float:
     """Return by how many standard deviations an injection stands above the noise.
 
-    The three numbers of a calibration are estimated beside it, and the phase of a wave; times, places and
+    The three numbers of a calibration are estimated with it, and the phase of a wave; times, places and
     thresholds are taken as known.
     """
-    beside = ruler.nuisances(drives, injection.effect, injection.component)
+    nuisances = ruler.nuisances(drives, injection.effect, injection.component)
     if injection.effect in WAVES:
         turned = {**injection.more, "phase": injection.more["phase"] + 0.5 * math.pi}
-        beside.append(ruler.change(replace(injection, more=turned).into(drives)))
-    return left_of(ruler.change(injection.into(drives)), beside)
+        nuisances.append(ruler.change(replace(injection, more=turned).into(drives)))
+    return left_of(ruler.change(injection.into(drives)), nuisances)
 
 
 def _components(effect: str) -> tuple[str, ...]:
@@ -216,7 +216,7 @@ def _components(effect: str) -> tuple[str, ...]:
 
 
 def _more(effect: str, component: str, drives: Sequence[Drive], chance: Generator) -> dict[str, Any]:
-    """Return the parameters of an effect beside its size."""
+    """Return the parameters of an effect other than its size."""
     if effect in {"wheel_eccentricity", "gear_harmonic"}:
         phase = {"phase": float(chance.uniform(-math.pi, math.pi))}
         return phase if effect == "wheel_eccentricity" else {"order": float(chance.integers(2, 7)), **phase}
