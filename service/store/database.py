@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 MIGRATIONS = Path(__file__).with_name("migrations")
 BUSY_TIMEOUT = 10.0  # [s] for another process to finish its write
+POOLED = 20  # connections that stay open
+CACHE = 2000 // POOLED  # [KiB] of pages in each; 2000 are SQLite's default for one (PRAGMA cache_size)
 IDLE_TIME = 1.0  # [s] after which a connection is tested before it is used
 MIGRATION_LOCK = 0x6F6D6E69  # number of the lock under which PostgreSQL's tables are changed
 
@@ -93,8 +95,10 @@ def _engine(url: str) -> tuple[str, Engine]:
         shown = parsed.render_as_string(hide_password=True)
         if parsed.get_backend_name() not in {"sqlite", "postgresql"}:
             raise DatabaseError(shown, "of another kind")
-        # Last in, first out: each connection of SQLite caches up to 2 MB of pages (PRAGMA cache_size).
-        engine = create_engine(parsed, poolclass=QueuePool, pool_size=20, max_overflow=40, pool_use_lifo=True)
+        # Last in, first out: few connections cache pages and statements.
+        engine = create_engine(
+            parsed, poolclass=QueuePool, pool_size=POOLED, max_overflow=40, pool_use_lifo=True
+        )
     except ArgumentError as error:
         raise DatabaseError("(as given)", f"no URL: {error}") from error
     except ModuleNotFoundError as error:
@@ -111,9 +115,13 @@ def _engine(url: str) -> tuple[str, Engine]:
 
 
 def _on_connect(connection: Any, _record: object) -> None:  # noqa: ANN401  # of the driver
-    """Let readers work at the same time as the writer; a commit returns when it is on the disk."""
+    """Let readers work at the same time as the writer; a commit returns when it is on the disk.
+
+    Few pages are cached: a commit of another connection makes them void, and the system caches the file.
+    """
     connection.isolation_level = None  # transactions begin where `_on_begin` says
-    for pragma in ("journal_mode=WAL", "synchronous=FULL", f"busy_timeout={int(1000 * BUSY_TIMEOUT)}"):
+    timeout, cache = f"busy_timeout={int(1000 * BUSY_TIMEOUT)}", f"cache_size={-CACHE}"
+    for pragma in ("journal_mode=WAL", "synchronous=FULL", timeout, cache):
         connection.execute(f"PRAGMA {pragma}")
 
 

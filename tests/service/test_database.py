@@ -1,5 +1,7 @@
 """The database: its migrations make the tables that the code means, on both kinds."""
 
+from contextlib import ExitStack
+
 import pytest
 import sqlalchemy
 from alembic import command
@@ -123,3 +125,14 @@ def test_calls_one_after_the_other_use_one_connection_however_many_are_open(data
         with database.engine.connect() as connection:
             used.add(id(connection.connection.dbapi_connection))
     assert len(used) == 1
+
+
+def test_all_open_connections_together_cache_no_more_pages_than_one_does_by_default(database):
+    """Each cache fills as the database grows, and stays full while its connection is not used."""
+    size = sqlalchemy.text("PRAGMA cache_size")
+    with ExitStack() as calls:
+        count = database.engine.pool.size()
+        connections = [calls.enter_context(database.engine.connect()) for _ in range(count)]
+        sizes = [-connection.scalar(size) for connection in connections]
+    with sqlalchemy.create_engine("sqlite://").connect() as default:
+        assert 0 < sum(sizes) <= -default.scalar(size)
