@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from omnimate.mismatch.candidates.nuisances import add_nuisances
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.terms import UNKNOWN, is_near, mounted_terms, smooth_terms, term
-from omnimate.mismatch.candidates.unknown import unknown_terms
+from omnimate.mismatch.candidates.unknown import unknown_errors
 from omnimate.mismatch.evidence.candidates import Candidates
 from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.evidence.search import search
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.candidates.terms import Term
+    from omnimate.mismatch.candidates.unknown import UnknownErrors
     from omnimate.mismatch.diagnosis import Key
     from omnimate.mismatch.fit import Acting
     from omnimate.mismatch.noise.levels import NoiseLevels
@@ -62,6 +64,7 @@ class Investigation:
         members: Numbers of the best set's candidates; all bumps of one wheel are one of them.
         named: Those of them that are effects of the fit, in its order; laws come after them.
         fit: The best set's effects.
+        unknown: Errors without a name, of which any may be left.
         complete: Whether the search ended because the answer did not change any more, not for its budget.
     """
 
@@ -70,6 +73,7 @@ class Investigation:
     members: tuple[int, ...]
     named: tuple[int, ...]
     fit: Fitted
+    unknown: UnknownErrors
     complete: bool = True
 
 
@@ -126,10 +130,12 @@ def investigate(
     fit = fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit, disturbances)
     progress(2 * ROUNDS + 1, PROGRESS_STEPS, "holding the answer against its rivals")
     posterior, start = _posterior(fit, library, excluded, scan=False)
-    best = _final(signals, noise, found.disturbances, disturbances, posterior, start, fit)
+    unknown = unknown_errors(posterior.regression)
+    finish = partial(_final, signals, noise, found.disturbances, disturbances, unknown)
+    best = finish(posterior, start, fit)
     if UNKNOWN not in excluded:
-        wider = _with_unknown(best.posterior, start)
-        other = _final(signals, noise, found.disturbances, disturbances, wider, start, fit)
+        wider = _with_unknown(best.posterior, start, unknown)
+        other = finish(wider, start, fit)
         better = other.members != best.members and predicts_better(other.fit, best.fit)
         best = other if better else replace(best, posterior=wider)
     return replace(best, complete=complete)
@@ -140,6 +146,7 @@ def _final(
     noise: NoiseLevels,
     obstacle_disturbances: Sequence[Array],
     disturbances: Sequence[Array],
+    unknown: UnknownErrors,
     posterior: Posterior,
     start: tuple[int, ...],
     fit: Fitted,
@@ -174,7 +181,7 @@ def _final(
             # disturbed windows do not identify effects, but they inform their sizes
             whole = fitted(signals, noise, terms, values, 1, fit, obstacle_disturbances)
             fit = whole if _agree(whole.chosen, fit.chosen) else fit
-            return Investigation(signals, posterior, members, named, fit)
+            return Investigation(signals, posterior, members, named, fit, unknown)
         posterior = posterior.without(rejected)
         members = tuple(member for member in members if member not in rejected)
 
@@ -270,17 +277,16 @@ def posterior_with_background(
     return Posterior(Candidates(regression, list(terms), list(places), background, names))
 
 
-def _with_unknown(posterior: Posterior, start: Sequence[int]) -> Posterior:
+def _with_unknown(posterior: Posterior, start: Sequence[int], unknown: UnknownErrors) -> Posterior:
     """Return the posterior with the likeliest unknown errors, given a set and given none."""
-    regression = posterior.regression
-    offered, widths, columns = unknown_terms(regression)
+    offered, widths, columns = unknown
     best: list[int] = []
     for conditional in (posterior.given(start), *([posterior.given(())] if start else [])):
         log_odds = np.array([term.odds for term in offered]) + conditional.log_bayes_factors(columns, widths)
         order = np.argsort(-log_odds, kind="stable").tolist()
         best += [number for number in order[:UNKNOWN_OFFERED] if number not in best]
     groups = slices_of(widths)
-    added = regression.append(np.hstack([columns[:, groups[number]] for number in best]))
+    added = posterior.regression.append(np.hstack([columns[:, groups[number]] for number in best]))
     places = slices_of((widths[number] for number in best), added.start)
     return posterior.with_more([offered[number] for number in best], places)
 

@@ -71,7 +71,7 @@ def surest_unknown(found: Investigation) -> float:
     lasting = _lasting(found)
     if not lasting:
         return SUREST
-    return min(SUREST, leftover(found.posterior, set(found.members) - lasting).probability)
+    return min(SUREST, leftover(found.posterior, found.unknown, set(found.members) - lasting).probability)
 
 
 def _lasting(found: Investigation) -> set[int]:

@@ -13,7 +13,7 @@ from omnimate.mismatch.answer.averaged import averaged
 from omnimate.mismatch.answer.constancy import changing_error
 from omnimate.mismatch.answer.doubts import EVEN, SUREST, surest_names, surest_unknown
 from omnimate.mismatch.answer.drawn import evidence_of
-from omnimate.mismatch.answer.omnibus import RELEVANT, leftover
+from omnimate.mismatch.answer.omnibus import leftover
 from omnimate.mismatch.answer.repeats import repeats_of
 from omnimate.mismatch.answer.rerun import rerun
 from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.investigate import Investigation
 
 _SHOWN = 6  # alternatives of a finding
+RELEVANT = 0.05  # declared share of what is missed, below which a mismatch is a trace: a twentieth
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
 _SEEN = 0.7
@@ -67,7 +68,7 @@ def answer(found: Investigation) -> Diagnosis:
     fall = float(residuals.before @ residuals.before - residuals.train @ residuals.train)
     excess = max(fall, 1e-9) + remaining
     numbers = {member: number for number, member in enumerate(found.named)}
-    left = leftover(found.posterior, found.members)
+    left = leftover(found.posterior, found.unknown, found.members)
     rows, chosen = fit.rows, fit.chosen
     parts = [rows[:, place] @ sizes for place, sizes in zip(chosen.places, chosen.values, strict=True)]
     explained = [float(part @ (part + 2.0 * rows[:, 0])) / excess for part in parts]
@@ -153,21 +154,20 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
     if not left.relevant or any(finding.effect == UNKNOWN for finding in present):
         return []
     strongest = max(left.predictions, key=lambda each: each.gain)
-    component = strongest.channel.split(".")[0]
     named = excess if present else 0.0
     quantities = tuple(
-        dict.fromkeys(each.quantity for each in left.predictions if each.channel == strongest.channel)
+        dict.fromkeys(each.quantity for each in left.predictions if each.component == strongest.component)
     )
     return [
         Finding(
             UNKNOWN,
-            component,
+            strongest.component,
             min(left.probability, SUREST),
             where=Where((strongest.channel,), (), strongest.quantity),
             explained=strongest.gain / (strongest.gain + named),
-            says="Something that no effect of the library explains shows on "
-            f"{component_in_words(component)}: {strongest.share:.0%} of what is left on {strongest.channel} "
-            f"depends on {strongest.quantity}.",
+            says="Something that no effect of the library explains acts on "
+            f"{component_in_words(strongest.component)}: {strongest.share:.0%} of what is left on "
+            f"{strongest.channel} depends on {strongest.quantity}.",
             depends_on=quantities,
         )
     ]

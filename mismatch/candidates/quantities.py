@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 KNOTS = 5  # of a curve over a quantity, evenly spaced: a drive's large excursions decide, not what jitters
+FOOTPRINT = 0.05  # [m] contact length of a wheel: a robot that strays less meets the same floor
 RARE = 0.005  # share of the samples beyond either end of a curve: too few to tell it there
 
 Curves = dict[str, list["Array"]]
@@ -67,12 +68,17 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
             curves[f"past acceleration of {wheel}"] = bends(Motion(block, wheel).past_acceleration)
     noise = noise_of_path(signals)
     for number, truck in enumerate(signals.trucks):
-        heading = block.heading[:, number]
-        x, y = (standard(beyond(block.place[:, number, axis], noise[axis])) for axis in range(2))
+        place, heading = block.place[:, number], block.heading[:, number]
+        x, y = (
+            standard(beyond(own, max(least, FOOTPRINT)))
+            for own, least in zip(place.T, noise[:2], strict=True)
+        )
+        curves[f"place of {truck}"] = [x, y, x * y, x**2, y**2]
+        if "turning" not in moving:
+            continue
         facing = [beyond(wave, noise[2]) for wave in waves(heading, (1,))]
         twice = [beyond(wave, 2.0 * noise[2]) for wave in waves(heading, (2,))]
         curves[f"heading of {truck}"] = [*facing, *twice]
-        curves[f"place of {truck}"] = [x, y, x * y, x**2, y**2]
         curves[f"place and heading of {truck}"] = [*facing, *(at * way for at in (x, y) for way in facing)]
     if "turning" in moving:
         turning = lead.turn_rates[:, 0]

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from omnimate.effects.block import LINKAGE
 from omnimate.mismatch.candidates.quantities import shared_quantities
-from omnimate.mismatch.candidates.terms import UNKNOWN, UNKNOWN_PRIOR, Term
+from omnimate.mismatch.candidates.terms import UNKNOWN, UNKNOWN_PRIOR, Term, turns
 from omnimate.mismatch.recording.response import joined, misread_columns, moved_columns
 from omnimate.mismatch.recording.windows import pushed_by_curves
 
@@ -52,27 +52,51 @@ class Error:
     constant_is_calibrated: bool = False
 
 
-def unknown_terms(regression: Regression) -> tuple[list[Term], list[int], Array]:
-    """Return a candidate for each component and quantity, its number of columns, and all whitened columns.
+class UnknownErrors(NamedTuple):
+    """Candidates for errors without a name, one for each component and quantity.
+
+    Attributes:
+        terms: The candidates.
+        widths: Number of columns of each.
+        columns: All whitened columns, in the same order, `(V, C)`.
+    """
+
+    terms: list[Term]
+    widths: list[int]
+    columns: Array
+
+
+def unknown_errors(regression: Regression) -> UnknownErrors:
+    """Return a candidate for each component and quantity.
 
     Quantities that the drive hardly excites are noise, and no curve may depend on them.
     """
-    curves = shared_quantities([windows.signals for windows in regression.windows])
-    offered = [_columns(windows, own) for windows, own in zip(regression.windows, curves, strict=True)]
+    signals = [windows.signals for windows in regression.windows]
+    curves, turned = shared_quantities(signals), turns(signals)
+    offered = [
+        _columns(windows, own, turned=turned) for windows, own in zip(regression.windows, curves, strict=True)
+    ]
     groups, raw = offered[0][0], [columns for _, columns in offered]
     odds = UNKNOWN_PRIOR.log_odds - math.log(len(groups) / len({group[:2] for group, _ in groups}))
     terms = [
         Term(UNKNOWN, component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
         for (component, acts_on, quantity), _ in groups
     ]
-    return terms, [width for _, width in groups], regression.whitened(raw)
+    return UnknownErrors(terms, [width for _, width in groups], regression.whitened(raw))
 
 
-def _columns(windows: Windows, shared: Curves) -> tuple[list[tuple[tuple[str, str, str], int]], Columns]:
-    """Return columns of all errors, and how many are of each component, what it acts on, and quantity."""
+def _columns(
+    windows: Windows, shared: Curves, *, turned: bool
+) -> tuple[list[tuple[tuple[str, str, str], int]], Columns]:
+    """Return columns of all errors, and how many are of each component, what it acts on, and quantity.
+
+    Errors per turn are left out where the drive does not turn.
+    """
     level = np.ones(len(windows.signals.block))
     groups, columns = [], []
     for error in errors(windows):
+        if error.acts_on == "turn" and not turned:
+            continue
         curves, constant = [], [] if error.constant_is_calibrated else [level]
         for quantity, values in shared.items():
             groups.append(((error.component, error.acts_on, quantity), len(constant) + len(values)))

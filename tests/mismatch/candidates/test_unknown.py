@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.mismatch.candidates.quantities import shared_quantities
 from omnimate.mismatch.candidates.terms import smooth_terms
-from omnimate.mismatch.candidates.unknown import unknown_terms
+from omnimate.mismatch.candidates.unknown import unknown_errors
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.motion.paths import out_and_back
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -25,7 +25,7 @@ def straight():
 
 
 def quantities(regression):
-    return {term.fixed["quantity"] for term in unknown_terms(regression)[0]}
+    return {term.fixed["quantity"] for term in unknown_errors(regression).terms}
 
 
 def test_on_a_drive_with_turns_it_may_depend_on_turn_rate_and_on_the_joints(regression, drive):
@@ -42,9 +42,18 @@ def test_on_a_straight_drive_nothing_depends_on_the_noise_of_measured_poses(stra
     """The path follows the poses: where it does not turn, its heading is their noise."""
     along, turning = (signals_of(watched(each)) for each in (straight, drive(laps=1)))
     [straight_curves], [curves] = shared_quantities([along]), shared_quantities([turning])
-    for name, varying in {"heading of a": [], "place of a": [0, 3], "place and heading of a": []}.items():
-        assert [number for number, curve in enumerate(straight_curves[name]) if curve.std()] == varying
-        assert all(curve.std() > 0.0 for curve in curves[name])
+    assert [number for number, curve in enumerate(straight_curves["place of a"]) if curve.std()] == [0, 3]
+    assert all(curve.std() > 0.0 for curve in curves["place of a"])
+
+
+def test_on_a_straight_drive_nothing_depends_on_heading_and_no_error_is_made_per_turn(
+    regression, straight, drive
+):
+    """How far wheels turn a robot there is what its counts round off, and so is its heading."""
+    offered = [unknown_errors(regression(each)).terms for each in (straight, drive(laps=1))]
+    for terms, turning in zip(offered, (False, True), strict=True):
+        assert any("heading" in term.fixed["quantity"] for term in terms) is turning
+        assert any(term.fixed["acts_on"] == "turn" for term in terms) is turning
 
 
 def test_what_varies_in_one_recording_only_is_offered_for_none(drive):
