@@ -49,7 +49,8 @@ def changing_error(fit: Fitted, number: int) -> RollingError | None:
         return None
     wheel = wheel_number(effect.component)
     block = fit.regression.windows[0].signals.block
-    gained = float(effect.travelled(block, wheel).sum() / block.travel[:, wheel].sum()) - 1.0
+    travel = block.travel[:, wheel]
+    gained = float(travel @ effect.travelled(block, wheel) / (travel @ travel)) - 1.0
     sizes = _drift(fit, wheel)
     curve = gained + drift_waves(POINTS) @ sizes
     is_unusual = chi2.sf(float(sizes @ sizes), MODES) < UNUSUAL

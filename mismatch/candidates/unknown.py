@@ -33,6 +33,10 @@ PER_METRE = 2e-3  # of the way rolled, one standard deviation of a curve's coeff
 PER_TURN = 5e-3  # of the angle turned, likewise
 ANGLE = 3e-3  # [rad] of a joint's or a heading's error
 LENGTH = 1e-3  # [m] of the link's or a position's error
+# [1/m] by which a floor repeats itself along the axes of a recording: tiles of 0.25 m to slabs of 1.25 m, so
+# close to each other that one of them stays in phase over a room of five metres
+REPEATS = np.arange(0.8, 4.05, 0.1)
+FLOOR = "place on a floor that repeats every {:.2f} m"
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,21 +106,25 @@ def _columns(
             groups.append(((error.component, error.acts_on, quantity), len(constant) + len(values)))
             curves += [*constant, *values]
         columns.append(error.build(np.stack(curves, axis=1)))
+    patterns = [_patterns(windows, wheel) for wheel in range(len(windows.signals.wheels))]
+    for component, wheels in _rolling(windows):
+        groups += [((component, "", FLOOR.format(1.0 / repeats)), 4) for repeats in REPEATS]
+        columns.append(tuple(np.sum([patterns[wheel][part] for wheel in wheels], axis=0) for part in (0, 1)))
     return groups, joined(columns)
 
 
 def errors(windows: Windows) -> list[Error]:
     """Return every error that a robot may have."""
     signals = windows.signals
-    found = []
-    wheels = [str(wheel) for wheel in signals.wheels]
-    for number, wheel in enumerate(wheels):
-        found.append(Error(wheel, "travel", partial(_way, windows, (number,)), constant_is_calibrated=True))
-    if len(wheels) == 4:
-        found += [
-            Error(side, "", partial(_way, windows, numbers), constant_is_calibrated=True)
-            for side, numbers in (("left", (0, 2)), ("right", (1, 3)))
-        ]
+    found = [
+        Error(
+            component,
+            "travel" if len(wheels) == 1 else "",
+            partial(_way, windows, wheels),
+            constant_is_calibrated=True,
+        )
+        for component, wheels in _rolling(windows)
+    ]
     block = signals.block
     for number, truck in enumerate(signals.trucks):
         way, yaw = PER_METRE * np.abs(block.twist[:, number, 0]), PER_TURN * block.twist[:, number, 2]
@@ -131,6 +139,26 @@ def errors(windows: Windows) -> list[Error]:
             rows = tuple(windows.linkage + 3 * truck + axis for truck in range(len(signals.trucks)))
             found.append(Error("poses", "", partial(_reading, windows, rows)))
     return found
+
+
+def _rolling(windows: Windows) -> list[tuple[str, tuple[int, ...]]]:
+    """Return the components that roll alike, wheels and sides of two trucks, with their wheels."""
+    wheels = windows.signals.wheels
+    found: list[tuple[str, tuple[int, ...]]] = [
+        (str(wheel), (number,)) for number, wheel in enumerate(wheels)
+    ]
+    return [*found, ("left", (0, 2)), ("right", (1, 3))] if len(wheels) == 4 else found
+
+
+def _patterns(windows: Windows, wheel: int) -> Columns:
+    """Return the columns of a wheel that rolls over floors that repeat themselves along both axes."""
+    block, truck = windows.signals.block, wheel // 2
+    heading = block.heading[:, truck]
+    aside = (0.5, -0.5)[wheel % 2] * block.wheelbase[truck]
+    place = block.place[:, truck] + aside * np.stack([-np.sin(heading), np.cos(heading)], axis=1)
+    phase = 2.0 * np.pi * REPEATS[:, None] * place[:, None]
+    curves = np.stack([np.cos(phase), np.sin(phase)], axis=-1)
+    return _way(windows, (wheel,), curves.reshape(len(block), -1))
 
 
 def sizes_of(component: str, acts_on: str) -> float:

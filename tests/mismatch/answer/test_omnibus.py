@@ -7,28 +7,26 @@ import pytest
 
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.answer.omnibus import ERROR_RATE, leftover
-from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.quantities import shared_quantities
 from omnimate.mismatch.candidates.regression import slices_of
-from omnimate.mismatch.candidates.unknown import unknown_errors
+from omnimate.mismatch.candidates.unknown import FLOOR, unknown_errors
 from omnimate.mismatch.recording.signals import signals_of
 
 
 @pytest.fixture(scope="module")
 def fit_of(regression, drive):
-    """Return a function that makes a fit that leaves noise, and some of an error of a channel's reading."""
+    """Return a function that makes a fit that leaves noise, and some of a component's error."""
     shown = regression(drive(laps=2))
     unknown = unknown_errors(shown)
     stretch = (shown.time // 4.0).astype(int)
 
-    def made(seed, quantity="", share=0.0, channel="joint_b"):
+    def made(seed, quantity="", share=0.0, component="joint_b"):
         residual = np.random.default_rng(seed).normal(size=len(shown.channel))
         for term, place in zip(unknown.terms, slices_of(unknown.widths), strict=True):
-            if (term.component, term.fixed["quantity"]) == (channel, quantity):
-                curves = unknown.columns[:, place][:, 1:]  # after the level; the one that most rows show
+            if (term.component, term.fixed["quantity"]) == (component, quantity):
+                curves = unknown.columns[:, place][:, 1:]  # after a level; the one that most rows show
                 column = curves[:, ((curves**2).sum(axis=0) ** 2 / (curves**4).sum(axis=0)).argmax()]
-                rows = np.count_nonzero(shown.channel == row_names(shown.windows[0]).index(channel))
-                residual += np.sqrt(share / (1.0 - share) * rows / (column @ column)) * column
+                residual += np.sqrt(share / (1.0 - share) * len(column) / 3.0 / (column @ column)) * column
         given = SimpleNamespace(residual=residual, project_out=lambda columns: columns)
         posterior = SimpleNamespace(
             regression=shown, candidates=SimpleNamespace(stretch=stretch), given=lambda _: given
@@ -46,14 +44,28 @@ def test_noise_is_predicted_by_nothing(fit_of, seed):
     assert not found.relevant
 
 
-@pytest.mark.parametrize("quantity", ["turn rate", "heading of a"])
-def test_what_depends_on_a_quantity_is_predicted_by_it_on_its_channel(fit_of, quantity):
-    found = leftover(*fit_of(1, quantity, share=0.3))
+@pytest.mark.parametrize(
+    ("component", "quantity"),
+    [
+        ("joint_b", "turn rate"),
+        ("joint_b", "heading of a"),
+        ("left", FLOOR.format(0.5)),
+        ("b.right", FLOOR.format(0.4)),
+    ],
+)
+def test_what_a_components_error_leaves_is_predicted_by_it(fit_of, component, quantity):
+    found = leftover(*fit_of(1, quantity, 0.3, component))
     assert found.p_value < ERROR_RATE
-    assert (found.predictions[0].component, found.predictions[0].channel) == ("joint_b", "joint_b")
-    assert quantity in {prediction.quantity for prediction in found.predictions}
-    assert found.predictions[0].share == pytest.approx(0.3, abs=0.15)
+    assert (found.predictions[0].component, found.predictions[0].quantity) == (component, quantity)
+    assert found.relevant
     assert found.probability > leftover(*fit_of(1)).probability
+
+
+@pytest.mark.parametrize("quantity", ["turn rate", "heading of a"])
+def test_the_share_is_that_of_the_channel_on_which_an_error_shows(fit_of, quantity):
+    [prediction, *_] = leftover(*fit_of(1, quantity, share=0.3)).predictions
+    assert prediction.channel == "joint_b"
+    assert prediction.share == pytest.approx(0.3, abs=0.15)
 
 
 def test_what_predicts_explains_itself_away(fit_of):
