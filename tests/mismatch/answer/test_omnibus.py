@@ -47,7 +47,6 @@ def test_noise_is_predicted_by_nothing(fit_of, seed):
 @pytest.mark.parametrize(
     ("component", "quantity"),
     [
-        ("joint_b", "turn rate"),
         ("joint_b", "heading of a"),
         ("left", FLOOR.format(0.5)),
         ("b.right", FLOOR.format(0.4)),
