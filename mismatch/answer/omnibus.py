@@ -23,7 +23,7 @@ from omnimate.mismatch.recording.folds import folds_of
 from omnimate.mismatch.recording.pose_outliers import MAD_TO_SIGMA
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -36,6 +36,7 @@ ERROR_RATE = 1e-3  # declared: one healthy recording in a thousand is said to le
 OUTLYING = 4.0  # [standard deviations] at which innovations are cut: single pushes are no pattern
 SHORTEST = 0.05  # share of a recording by which innovations are shifted at least
 SHOWN = 6  # predictions that are kept, at most
+BATCH = 32  # errors whose columns are in memory at once
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,10 +112,20 @@ def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int
     """
     regression, conditional = posterior.regression, posterior.given(members)
     scale, data = _data_and_null(conditional.residual, regression.channel, posterior.candidates.stretch)
-    columns = conditional.project_out(unknown.columns) / scale[:, None]
     fold = np.unique(regression.of_rows(folds_of(regression.windows)), return_inverse=True)[1]
     places = slices_of(unknown.widths)
-    gain = np.array([_heldout_fit(columns[:, place], data, fold)[1] for place in places])
+
+    def columns_of(errors: Sequence[slice]) -> Array:
+        """Return the columns of neighbouring errors, given the set, in units of the data."""
+        part = slice(errors[0].start, errors[-1].stop)
+        return np.asarray(conditional.project_out(unknown.columns[:, part]) / scale[:, None])
+
+    gains: list[Array] = []
+    for first in range(0, len(places), BATCH):
+        columns = columns_of(places[first : first + BATCH])
+        own_places = slices_of(unknown.widths[first : first + BATCH])
+        gains += [_heldout_fit(columns[:, place], data, fold)[1] for place in own_places]
+    gain = np.array(gains)
     null = gain[:, 1:]
     score = (gain - null.mean(axis=1, keepdims=True)) / (null.std(axis=1, keepdims=True) + 1.0)
     largest = score.max(axis=0)
@@ -126,7 +137,7 @@ def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int
     for number in np.argsort(-score[:, 0])[:SHOWN]:
         if score[number, 0] <= largest[1:].max():
             break
-        own, term = columns[:, places[number]], unknown.terms[number]
+        own, term = columns_of([places[number]]), unknown.terms[number]
         predicted = (own * _heldout_fit(own, data[:, :1], fold)[0][fold, :, 0]).sum(axis=1)
         falls = np.bincount(regression.channel, predicted * (2.0 * data[:, 0] - predicted))
         shown = int(falls.argmax())
