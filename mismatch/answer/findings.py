@@ -73,18 +73,21 @@ def answer(found: Investigation) -> Diagnosis:
     parts = [rows[:, place] @ sizes for place, sizes in zip(chosen.places, chosen.values, strict=True)]
     explained = [float(part @ (part + 2.0 * rows[:, 0])) / excess for part in parts]
     surest = surest_names(found, parts, rows[:, 0], explained, left, size(residuals.after))
-    nameless = surest_unknown(found)
+    surest_nameless = surest_unknown(found)
     repeats = repeats_of(fit, len(found.named))
     present = [
         _finding(fit, number, rivalry(found, member), explained[number], surest[number], repeats[number])
         if (number := numbers.get(member)) is not None
-        else _unknown(found, member, rivalry(found, member), excess, nameless)
+        else _unknown(found, member, rivalry(found, member), excess, surest_nameless)
         for member in found.members
     ]
     told = _fit(fit, residuals)
     laws = {effect.component for effect in fit.chosen.effects if effect.name == "law"}
-    present = [*present, *_without_name(left, present, excess)]
+    nameless = _without_name(left, present, excess)
+    if left.relevant:
+        present += nameless
     findings, traces = _relevant(_ordered(_merged(present)), told, laws)
+    traces = traces if left.relevant else (*traces, *nameless)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)
     if not findings and told.gain[0] <= told.gain[1]:  # what was calibrated predicts nothing new better
@@ -151,7 +154,7 @@ def _relevant(
 
 def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> list[Finding]:
     """Return what is left and can be predicted, unless something without a name was already found."""
-    if not left.relevant or any(finding.effect == UNKNOWN for finding in present):
+    if not left.predictions or any(finding.effect == UNKNOWN for finding in present):
         return []
     strongest = max(left.predictions, key=lambda each: each.gain)
     named = excess if present else 0.0
