@@ -13,7 +13,7 @@ from omnimate.mismatch.answer.averaged import averaged
 from omnimate.mismatch.answer.constancy import changing_error
 from omnimate.mismatch.answer.doubts import EVEN, SUREST, surest_names, surest_unknown
 from omnimate.mismatch.answer.drawn import evidence_of
-from omnimate.mismatch.answer.omnibus import leftover
+from omnimate.mismatch.answer.omnibus import RELEVANT, leftover
 from omnimate.mismatch.answer.repeats import repeats_of
 from omnimate.mismatch.answer.rerun import rerun
 from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
@@ -52,7 +52,6 @@ if TYPE_CHECKING:
     from omnimate.mismatch.investigate import Investigation
 
 _SHOWN = 6  # alternatives of a finding
-RELEVANT = 0.05  # declared share of what is missed, below which a mismatch is a trace: a twentieth
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
 _SEEN = 0.7
@@ -156,7 +155,7 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
     """Return what is left and can be predicted, unless something without a name was already found."""
     if not left.predictions or any(finding.effect == UNKNOWN for finding in present):
         return []
-    strongest = max(left.predictions, key=lambda each: each.gain)
+    strongest = max(left.predictions, key=lambda each: each.share)
     named = excess if present else 0.0
     quantities = tuple(
         dict.fromkeys(each.quantity for each in left.predictions if each.component == strongest.component)

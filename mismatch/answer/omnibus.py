@@ -18,7 +18,6 @@ import numpy as np
 from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.terms import UNKNOWN_PRIOR
-from omnimate.mismatch.evidence.conditional_fit import MIN_UNKNOWN_EXPLAINED
 from omnimate.mismatch.recording.folds import folds_of
 from omnimate.mismatch.recording.pose_outliers import MAD_TO_SIGMA
 
@@ -33,6 +32,9 @@ if TYPE_CHECKING:
 
 DRAWS = 99  # of the null: the scale of its tail is then known to a tenth
 ERROR_RATE = 1e-3  # declared: one healthy recording in a thousand is said to leave something
+RELEVANT = (
+    0.05  # declared share of an error (not of its square) below which a mismatch is a trace: a twentieth
+)
 OUTLYING = 4.0  # [standard deviations] at which innovations are cut: single pushes are no pattern
 SHORTEST = 0.05  # share of a recording by which innovations are shifted at least
 SHOWN = 6  # predictions that are kept, at most
@@ -76,7 +78,7 @@ class Leftover:
     @property
     def relevant(self) -> bool:
         """Whether something predicts a share of a channel that is no trace."""
-        return any(prediction.share >= MIN_UNKNOWN_EXPLAINED for prediction in self.predictions)
+        return any(prediction.share >= 1.0 - (1.0 - RELEVANT) ** 2 for prediction in self.predictions)
 
     @property
     def probability(self) -> float:

@@ -51,8 +51,8 @@ if TYPE_CHECKING:
     from omnimate.mismatch.evidence.candidates import Candidates
     from omnimate.vehicle.se2 import Array
 
-# Share of the noise's square in some channel that an unknown, lasting error must explain, or predict of what
-# is left: the declared relevance, a twentieth.
+# Share of the noise's square in some channel that an unknown, lasting error must explain: the declared
+# relevance, a twentieth of what a simulation misses.
 MIN_UNKNOWN_EXPLAINED = 0.05
 MAX_CANCELLING_SIZE = 3.0  # [declared sizes] of a member with a candidate that nearly cancels it
 CANCELLING_GROWTH = 1.5  # factor by which such a member grows when the candidate joins
