@@ -136,7 +136,9 @@ def investigate(
     if UNKNOWN not in excluded:
         wider = _with_unknown(best.posterior, start, unknown)
         other = finish(wider, start, fit)
-        better = other.members != best.members and predicts_better(other.fit, best.fit)
+        # an error of which no law can be written down is in no fit: the omnibus test holds it against chance
+        lawless = any(wider.terms[member].fixed.get("acts_on") == "" for member in other.members)
+        better = other.members != best.members and (lawless or predicts_better(other.fit, best.fit))
         best = other if better else replace(best, posterior=wider)
     return replace(best, complete=complete)
 
