@@ -137,7 +137,8 @@ def investigate(
         wider = _with_unknown(best.posterior, start, unknown)
         other = finish(wider, start, fit)
         # an error of which no law can be written down is in no fit: the omnibus test holds it against chance
-        lawless = any(wider.terms[member].fixed.get("acts_on") == "" for member in other.members)
+        outside = [wider.terms[member] for member in other.members if member not in other.named]
+        lawless = any(not term.fixed["acts_on"] for term in outside)
         better = other.members != best.members and (lawless or predicts_better(other.fit, best.fit))
         best = other if better else replace(best, posterior=wider)
     return replace(best, complete=complete)
