@@ -2,9 +2,9 @@
 
 The whitened innovations of all channels are predicted by the columns of each error (`candidates.unknown`) on
 stretches that are left out in turn. The null distribution is that of the largest gain among all errors, with
-innovations that are shifted in a circle against the drive, and whose sign is drawn anew in each stretch of
-time: no predictor can be right then, whatever the colour of the noise. Its tail is that of a largest value
-(Gumbel, Statistics of Extremes, 1958; tails of permutation tests: Winkler et al., NeuroImage 141, 2016).
+innovations that are shifted in a circle against the drive, and with a random sign in each stretch of time: no
+predictor can be right then, however the noise is correlated. Its tail is that of a largest value (Gumbel,
+Statistics of Extremes, 1958; tails of permutation tests: Winkler et al., NeuroImage 141, 2016).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.terms import UNKNOWN_PRIOR
+from omnimate.mismatch.evidence.rows import products_by_group
 from omnimate.mismatch.recording.folds import folds_of
 from omnimate.mismatch.recording.pose_outliers import MAD_TO_SIGMA
 
@@ -122,12 +123,10 @@ def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int
         part = slice(errors[0].start, errors[-1].stop)
         return np.asarray(conditional.project_out(unknown.columns[:, part]) / scale[:, None])
 
-    gains: list[Array] = []
-    for first in range(0, len(places), BATCH):
-        columns = columns_of(places[first : first + BATCH])
-        own_places = slices_of(unknown.widths[first : first + BATCH])
-        gains += [_heldout_fit(columns[:, place], data, fold)[1] for place in own_places]
-    gain = np.array(gains)
+    batches = [slice(first, first + BATCH) for first in range(0, len(places), BATCH)]
+    gain = np.concatenate(
+        [_heldout_gains(columns_of(places[batch]), unknown.widths[batch], data, fold) for batch in batches]
+    )
     null = gain[:, 1:]
     score = (gain - null.mean(axis=1, keepdims=True)) / (null.std(axis=1, keepdims=True) + 1.0)
     largest = score.max(axis=0)
@@ -140,7 +139,8 @@ def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int
         if score[number, 0] <= largest[1:].max():
             break
         own, term = columns_of([places[number]]), unknown.terms[number]
-        predicted = (own * _heldout_fit(own, data[:, :1], fold)[0][fold, :, 0]).sum(axis=1)
+        gram, products = products_by_group(fold, own, data[:, 0])
+        predicted = (own * _without_fold(gram, products[:, :, None])[fold, :, 0]).sum(axis=1)
         falls = np.bincount(regression.channel, predicted * (2.0 * data[:, 0] - predicted))
         shown = int(falls.argmax())
         mine = regression.channel == shown
@@ -179,17 +179,38 @@ def _data_and_null(
     return scale, data
 
 
-def _heldout_fit(columns: Array, data: Array, fold: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Return coefficients (F, k, B) of columns (V, k) by data (V, B) without each of F folds.
+def _heldout_gains(columns: Array, widths: Sequence[int], data: Array, fold: NDArray[np.int64]) -> Array:
+    """Return by how much each of n errors lowers the square of each of the data (V, B) where it is left out.
 
-    Also returns by how much they lower the square of each of the data where these are left out, `(B,)`.
+    Args:
+        columns: Of all errors, `(V, C)`.
+        widths: Number of columns of each.
+        data: The data.
+        fold: Number of each row's fold, `(V,)`.
+
+    Returns:
+        The gains, `(n, B)`.
     """
-    groups = [np.flatnonzero(fold == number) for number in range(int(fold.max()) + 1)]
-    gram = np.stack([columns[group].T @ columns[group] for group in groups])
-    score = np.stack([columns[group].T @ data[group] for group in groups])
-    precision = gram.sum(axis=0) - gram + np.eye(columns.shape[1])
-    fitted = np.linalg.solve(precision, score.sum(axis=0) - score)
-    return fitted, np.asarray((2.0 * fitted * score - fitted * (gram @ fitted)).sum(axis=(0, 1)))
+    folds = [np.flatnonzero(fold == number) for number in range(int(fold.max()) + 1)]
+    parts = [columns[rows] for rows in folds]
+    products = np.stack([part.T @ data[rows] for part, rows in zip(parts, folds, strict=True)])
+    gains = []
+    for place in slices_of(widths):
+        gram, score = np.stack([part[:, place].T @ part[:, place] for part in parts]), products[:, place]
+        fitted = _without_fold(gram, score)
+        gains.append((2.0 * fitted * score - fitted * (gram @ fitted)).sum(axis=(0, 1)))
+    return np.array(gains)
+
+
+def _without_fold(gram: Array, score: Array) -> Array:
+    """Return coefficients (F, k, B) of a fit without each of F folds, by the error's own prior.
+
+    Args:
+        gram: Products of the error's columns with each other in each fold, `(F, k, k)`.
+        score: Their products with the data, `(F, k, B)`.
+    """
+    precision = gram.sum(axis=0) - gram + np.eye(gram.shape[1])
+    return np.asarray(np.linalg.solve(precision, score.sum(axis=0) - score))
 
 
 def _tail(value: float, largest: Array) -> float:

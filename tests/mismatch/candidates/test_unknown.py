@@ -43,7 +43,9 @@ def test_on_a_straight_drive_nothing_depends_on_the_noise_of_measured_poses(stra
     along, turning = (signals_of(watched(each)) for each in (straight, drive(laps=1)))
     [straight_curves], [curves] = shared_quantities([along]), shared_quantities([turning])
     assert [number for number, curve in enumerate(straight_curves["place of a"]) if curve.std()] == [0, 3]
-    assert all(curve.std() > 0.0 for curve in curves["place of a"])
+    for name in ("heading of a", "place of a", "place and heading of a"):
+        assert all(curve.std() > 0.0 for curve in curves[name])
+    assert not any("heading" in name for name in straight_curves)
 
 
 def test_on_a_straight_drive_nothing_depends_on_heading_and_no_error_is_made_per_turn(
