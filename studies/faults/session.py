@@ -20,7 +20,7 @@ from omnimate.files.recordings.folder import LOG, load_recording
 from omnimate.vehicle.errors import OmnimateError, RecordingError
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.sample import Sample
-from studies.faults.laws import ACKNOWLEDGED, PoseLaw, expectation, is_explained
+from studies.faults.laws import ACKNOWLEDGED, AFTERMATH, PoseLaw, expectation, is_explained
 from studies.faults.script import DISK_FAULTS, QUIET, ROBOTS, Fault, Script
 from studies.faults.world import START, PowerCut, World, in_time_of
 
@@ -316,7 +316,12 @@ class _Session:
                     self._violate(f"no fault explains the report {event}")
 
     def _is_of_restart(self, event: Event) -> bool:
-        """Return whether drives report that the heartbeat of the driver before has ended."""
+        """Return whether drives report that the heartbeat of the driver before has ended, or is back.
+
+        They report the end at once, and that it is back when the next driver enables them: a fault of another
+        node may delay its configuration.
+        """
+        within = AFTERMATH if event.what.startswith("EMCY 0000h") else PAUSE
         return "EMCY" in event.what and any(
-            START + at <= event.time <= event.last <= START + at + PAUSE for at in self._script.restarts
+            START + at <= event.time <= event.last <= START + at + within for at in self._script.restarts
         )

@@ -54,6 +54,11 @@ def test_a_node_that_restarted_unheard_is_configured_again_though_it_has_no_hear
     assert run(Script("single", 946, (lost, reboot), QUIET, restarts=(6.44,))).violations == []
 
 
+def test_drives_may_reset_their_lost_heartbeat_late_where_a_fault_delays_the_next_driver():
+    silence, stop = Fault("silence", 6.036, 0.036, node=3), Fault("nmt stop", 6.106, node=14)
+    assert run(Script("double", 517, (silence, stop), length=9.0, restarts=(6.0,))).violations == []
+
+
 def test_a_report_that_is_left_out_breaks_a_law_and_the_script_shrinks_to_its_fault(monkeypatch):
     monkeypatch.setattr(Supervision, "emergency", lambda *_frame: True)
     emergency = Fault("emcy", 6.0, 0.5, node=2)
