@@ -36,7 +36,7 @@ class Recovery:
         self._events = events
         self._inline = inline
         self._waiting: dict[int, tuple[float, float]] = {}  # node id: time when it is due, next delay [s]
-        self._job: tuple[int, Future[NodeConfiguration]] | None = None
+        self._job: tuple[int, float, Future[NodeConfiguration]] | None = None  # node, next delay, result
         self._executor: ThreadPoolExecutor | None = None
 
     @property
@@ -46,10 +46,10 @@ class Recovery:
 
     def is_waiting(self, node: int) -> bool:
         """Return whether a node waits for its configuration, or is being configured."""
-        return node in self._waiting
+        return node in self._waiting or (self._job is not None and self._job[0] == node)
 
     def request(self, node: int, now: float) -> None:
-        """Queue a node, which is due at time `now` [s]."""
+        """Queue a node, which is due at time `now` [s]; one that is being configured is configured again."""
         self._waiting[node] = (now, FIRST_DELAY)
 
     def poll(self, now: float) -> NodeConfiguration | None:
@@ -62,16 +62,17 @@ class Recovery:
             node = next((node for node, (due, _) in self._waiting.items() if due <= now), None)
             if node is None:
                 return None
+            _, delay = self._waiting.pop(node)
             if self._inline:
-                return self._finish(node, partial(self._configure, node), now)
+                return self._finish(node, delay, partial(self._configure, node), now)
             if self._executor is None:
                 self._executor = ThreadPoolExecutor(max_workers=1, thread_name_prefix="configure")
-            self._job = (node, self._executor.submit(self._configure, node))
-        node, future = self._job
+            self._job = (node, delay, self._executor.submit(self._configure, node))
+        node, delay, future = self._job
         if not future.done():
             return None
         self._job = None
-        return self._finish(node, future.result, now)
+        return self._finish(node, delay, future.result, now)
 
     def close(self) -> None:
         """Wait until the current dialogue ends; its SDO time-outs limit the wait."""
@@ -79,23 +80,24 @@ class Recovery:
             self._executor.shutdown(wait=True, cancel_futures=True)
 
     def _finish(
-        self, node: int, result: Callable[[], NodeConfiguration], now: float
+        self, node: int, delay: float, result: Callable[[], NodeConfiguration], now: float
     ) -> NodeConfiguration | None:
-        """Return the result of a dialogue; where it failed, log that and try again later."""
+        """Return the result of a dialogue; where it failed, log that and try again later.
+
+        A node that was requested meanwhile may have lost what was written: its result counts for nothing.
+        """
         try:
             configuration = result()
         except BusLost:
             if self._inline:
                 raise
-            self._retry(node, now, "the bus was lost")
+            self._retry(node, delay, now, "the bus was lost")
         except DriverError as error:
-            self._retry(node, now, str(error))
+            self._retry(node, delay, now, str(error))
         else:
-            self._waiting.pop(node, None)
-            return configuration
+            return None if node in self._waiting else configuration
         return None
 
-    def _retry(self, node: int, now: float, problem: str) -> None:
-        _, delay = self._waiting[node]
+    def _retry(self, node: int, delay: float, now: float, problem: str) -> None:
         self._events.add(now, node, f"could not be configured again, tried until it can: {problem}")
-        self._waiting[node] = (now + delay, min(2.0 * delay, LONGEST_DELAY))
+        self._waiting.setdefault(node, (now + delay, min(2.0 * delay, LONGEST_DELAY)))

@@ -75,6 +75,7 @@ class _Session:
         self._errors: list[Event] = []
         self._samples: list[Sample] = []
         self._recorder: Recorder | None = None
+        self._opened = START  # when the last recording began [s]
         self._restarts = [START + at for at in script.restarts]
         self._seen: dict[tuple[int | None, str], int] = {}
         self._commanded = -math.inf
@@ -93,7 +94,7 @@ class _Session:
 
     def _open(self) -> None:
         """Open a driver and drive, until the end or until the driver or its computer gives up."""
-        self._is_configuring, self._samples = True, []
+        self._is_configuring, self._samples, self._opened = True, [], self._world.now
         with TemporaryDirectory() as folder:
             try:
                 self._recorder = self._new_recorder(folder)
@@ -286,23 +287,26 @@ class _Session:
         """Compare a recording with samples that must be in it, where a channel is present in both.
 
         A log knows no window: an answer after the driver has closed a sample, as after a silence or while the
-        drives are enabled, may be in time there. A SYNC of another device makes a sample in a log.
+        drives are enabled, may be in time there. A SYNC of another device makes a sample in a log. What a
+        channel has counted before the first sample that both have is no travel: a log may hold frames of
+        before the driver's first sample.
         """
-        begin = self._samples[0].time
-        full = min((START + at for at, _ in self._full() if START + at > begin), default=math.inf)
+        full = min((START + at for at, _ in self._full() if START + at > self._opened), default=math.inf)
         rows = np.searchsorted(recording.time, [sample.time - LOG_STEP for sample in samples]).tolist()
+        before: dict[int, int] = {}  # difference of a channel's counts
         for row, sample in zip(rows, samples, strict=True):
             if row == len(recording.time) or recording.time[row] > sample.time + LOG_STEP:
                 self._violate(f"the recording has no sample of {sample.time - START:.3f} s")
                 return
             if sample.time > full:
                 continue
-            is_both = recording.present[row] & np.array(sample.present)
-            if (recording.counts[row] != sample.counts)[is_both].any():
-                counts = recording.counts[row].tolist()
-                here = f"{sample.counts}, {sample.present} at {sample.time - START:.3f} s"
-                self._violate(f"the recording differs from the sample: {counts}; {here}")
-                return
+            counts = recording.counts[row].tolist()
+            for channel in np.flatnonzero(recording.present[row] & np.array(sample.present)).tolist():
+                difference = counts[channel] - sample.counts[channel]
+                if before.setdefault(channel, difference) != difference:
+                    here = f"{sample.counts}, {sample.present} at {sample.time - START:.3f} s"
+                    self._violate(f"the recording differs from the sample: {counts}; {here}")
+                    return
 
     def _watch(self, driver: Driver) -> None:
         """Look at what was reported since the last time."""

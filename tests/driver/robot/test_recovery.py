@@ -99,3 +99,24 @@ def test_a_bus_that_is_lost_in_a_thread_is_tried_again():
     assert [event.what for event in events.all()] == [
         "could not be configured again, tried until it can: the bus was lost"
     ]
+
+
+@pytest.mark.parametrize("inline", [True, False])
+def test_a_node_that_is_requested_while_it_is_configured_is_configured_again(inline):
+    """It may have lost what was written so far, as with its power."""
+    asked = []
+
+    def configure(node):
+        asked.append(node)
+        if len(asked) == 1:
+            recovery.request(node, 0.0)
+        return NodeConfiguration(node, ("a.left",))
+
+    recovery = Recovery(configure, EventLog(), inline=inline)
+    recovery.request(1, 0.0)
+    polls = 0
+    while recovery.poll(0.0) is None and polls < 1e6:
+        polls += 1
+    recovery.close()
+    assert asked == [1, 1]
+    assert not recovery.is_busy

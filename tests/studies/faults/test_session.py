@@ -59,6 +59,12 @@ def test_drives_may_reset_their_lost_heartbeat_late_where_a_fault_delays_the_nex
     assert run(Script("double", 517, (silence, stop), length=9.0, restarts=(6.0,))).violations == []
 
 
+def test_a_node_that_loses_its_power_while_it_is_configured_again_is_configured_once_more():
+    """The adapter is away meanwhile, so that its boot-up is unheard."""
+    faults = Fault("nmt communication", 14.876, node=2), Fault("power", 14.919, 0.019)
+    assert run(Script("single", 932, faults, length=32.0, restarts=(14.796,))).violations == []
+
+
 def test_a_report_that_is_left_out_breaks_a_law_and_the_script_shrinks_to_its_fault(monkeypatch):
     monkeypatch.setattr(Supervision, "emergency", lambda *_frame: True)
     emergency = Fault("emcy", 6.0, 0.5, node=2)
@@ -118,6 +124,13 @@ def test_a_recording_with_another_count_in_one_sample_breaks_a_law(monkeypatch):
 
     monkeypatch.setattr(session, "load_recording", load_altered)
     assert any("the recording differs" in line for line in run(CLOSE).violations)
+
+
+def test_a_recording_may_hold_frames_of_before_the_first_sample_of_the_driver():
+    """They come in a late burst; the node restarts after them, so that the log bridges from another count."""
+    faults = Fault("adapter", 69.272, 0.652), Fault("burst", 69.689, 3.048), Fault("torn write", 75.002)
+    restarts = 5.219, 69.231, 73.926
+    assert run(Script("single", 487, faults, length=76.0, restarts=restarts)).violations == []
 
 
 def test_a_recording_that_begins_when_the_disk_has_space_again_knows_no_restart_from_before():
