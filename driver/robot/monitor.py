@@ -78,6 +78,7 @@ class Monitor:
 
     def _foreign_sync(self) -> None:
         """Count a SYNC that another device has sent; report `FOREIGN_SYNCS` or more."""
+        self._flooding.foreign_sync()
         self._foreign_syncs += 1
         if self._foreign_syncs >= FOREIGN_SYNCS:
             what = "another device produces SYNC, too: switch it off there (bit 30 of its 1005h)"
@@ -102,8 +103,7 @@ class Monitor:
     def synced(self, now: float) -> None:
         """Compare the traffic of each node with the number of SYNCs, once per SYNC at `now` [s]."""
         for node in self._flooding.check(now):
-            if self._foreign_syncs < FOREIGN_SYNCS:
-                self.trouble("answers each SYNC twice: two devices have this node id; renumber one", node)
+            self.trouble("answers each SYNC twice: two devices have this node id; renumber one", node)
 
     def pause(self, seconds: float, now: float) -> None:
         """Exclude a time until `now` [s], in which the bus was not read, from the silence of the nodes."""

@@ -91,16 +91,21 @@ class FloodDetector:
         self._duplicates: dict[int, int] = {}
         self._checked: float | None = None
         self._syncs = 0
+        self._foreign_syncs = 0
 
     def note(self, can_id: int) -> None:
         """Count a frame that should be rare, known or not, by its 11-bit identifier."""
         self._traffic[can_id] = self._traffic.get(can_id, 0) + 1
 
+    def foreign_sync(self) -> None:
+        """Count a SYNC of another device, which every node answers, too."""
+        self._foreign_syncs += 1
+
     def check(self, now: float) -> list[int]:
         """Report the nodes that flood the bus; to be called once per SYNC, at time `now` [s].
 
         Returns:
-            The nodes that answered most SYNCs since the last check twice.
+            The nodes that answered most SYNCs of the driver since the last check twice.
         """
         self._syncs += 1
         if self._checked is None:  # how long the frames before the first SYNC took is unknown
@@ -118,11 +123,13 @@ class FloodDetector:
             duplicates = counts.duplicate - self._duplicates.get(node, 0)
             if duplicates > limit:
                 self._report(now, node, "floods the bus with PDOs that no SYNC asked for")
-            elif self._syncs >= MIN_SYNCS and duplicates > DUPLICATE_SHARE * self._syncs:
+            elif (
+                self._syncs >= MIN_SYNCS and duplicates - self._foreign_syncs > DUPLICATE_SHARE * self._syncs
+            ):
                 duplicated.append(node)
             self._duplicates[node] = counts.duplicate
         self._traffic.clear()
-        self._checked, self._syncs = now, 0
+        self._checked, self._syncs, self._foreign_syncs = now, 0, 0
         return duplicated
 
     def _report(self, now: float, node: int, problem: str) -> None:

@@ -17,6 +17,7 @@ from omnimate.driver.robot.driver import Driver, open_driver
 from omnimate.driver.robot.events import Event
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.files.recordings.folder import LOG, load_recording
+from omnimate.vehicle.bridging import RATIO_WINDOW
 from omnimate.vehicle.errors import OmnimateError, RecordingError
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.sample import Sample
@@ -289,17 +290,28 @@ class _Session:
         A log knows no window: an answer after the driver has closed a sample, as after a silence or while the
         drives are enabled, may be in time there. A SYNC of another device makes a sample in a log. What a
         channel has counted before the first sample that both have is no travel: a log may hold frames of
-        before the driver's first sample.
+        before the driver's first sample. Nor is what a restart is bridged with, if one of the two has had
+        readings of either wheel that the other had not.
         """
         full = min((START + at for at, _ in self._full() if START + at > self._opened), default=math.inf)
         rows = np.searchsorted(recording.time, [sample.time - LOG_STEP for sample in samples]).tolist()
+        reboots = [gap for gap in recording.gaps if gap.reason == "reboot"]
+        bridges = sorted(reboots, key=lambda gap: gap.end)
+        window = (RATIO_WINDOW + 1) * self._vehicle.bus.sync_period
         before: dict[int, int] = {}  # difference of a channel's counts
+        unlike = -math.inf  # time of the last sample of which either has other channels [s]
         for row, sample in zip(rows, samples, strict=True):
             if row == len(recording.time) or recording.time[row] > sample.time + LOG_STEP:
                 self._violate(f"the recording has no sample of {sample.time - START:.3f} s")
                 return
             if sample.time > full:
                 continue
+            if tuple(recording.present[row]) != sample.present:
+                unlike = sample.time
+            while bridges and bridges[0].end < sample.time + LOG_STEP:
+                bridge = bridges.pop(0)
+                if unlike > bridge.start - window:
+                    before.pop(self._vehicle.channels.index(bridge.channel), None)
             counts = recording.counts[row].tolist()
             for channel in np.flatnonzero(recording.present[row] & np.array(sample.present)).tolist():
                 difference = counts[channel] - sample.counts[channel]

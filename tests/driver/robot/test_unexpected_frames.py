@@ -110,5 +110,20 @@ def test_second_answers_to_each_sync_are_a_flood_too(counts):
     ]
 
 
+def test_two_devices_of_one_id_are_seen_after_another_master_has_ended(counts):
+    """While it sends SYNC, too, every node answers twice as often."""
+    watch = FloodDetector(counts, EventLog())
+    duplicated = []
+    for sync in range(300):
+        if sync < 100:
+            watch.foreign_sync()
+        if sync < 100 or sync >= 200:
+            counts[1].duplicate += 1
+        duplicated += [(node, sync) for node in watch.check(0.01 * sync)]
+    assert duplicated
+    assert {node for node, _ in duplicated} == {1}
+    assert min(sync for _, sync in duplicated) > 200
+
+
 def test_the_talk_of_a_bus_that_starts_up_is_no_flood(counts):
     assert drive(counts, 0x701, 25, syncs=1) == []

@@ -133,6 +133,15 @@ def test_a_recording_may_hold_frames_of_before_the_first_sample_of_the_driver():
     assert run(Script("single", 487, faults, length=76.0, restarts=restarts)).violations == []
 
 
+def test_a_restart_may_be_bridged_otherwise_in_a_log_that_has_other_readings():
+    faults = (
+        Fault("torn write", 3.387),
+        Fault("loss", 33.323, 3.746),
+        Fault("nmt communication", 33.942, node=2),
+    )
+    assert run(Script("single", 670, faults, length=60.0, restarts=(40.508,))).violations == []
+
+
 def test_a_recording_that_begins_when_the_disk_has_space_again_knows_no_restart_from_before():
     """Its counts differ by what the driver has bridged; its times are those of the samples."""
     full, restart = Fault("disk full", 0.5, 4.0), Fault("nmt communication", 4.0, node=2)
