@@ -8,7 +8,7 @@ The laws are looser than their words:
   the two say. One of the bus is explained by a fault of any node, one of the recording by a full disk only.
 - A report is required only of a fault that begins while all is well, lasts long enough, and meets no restart
   and no other fault of its node or the bus.
-- A recording is compared where a channel is present in both, from the first such sample. From the first full
+- A recording is compared where both have the same channels, from the first such sample. From the first full
   disk on only the times of its samples are. Within `ACKNOWLEDGED` of a full disk, and before a power cut,
   nothing is required.
 """
@@ -63,7 +63,6 @@ class PoseLaw:
 
     def __init__(self, world: World, truck: TruckName) -> None:
         vehicle = world.vehicle
-        self.odometer = Odometer(vehicle, truck)  # dead reckoning of the truck from the driver's samples
         self.worst = 0.0  # largest error of a step in which no sample was lost [m]
         self._world, self._truck = world, truck
         self._columns = [vehicle.channels.index(wheel) for wheel in wheels_of(truck)]
@@ -71,8 +70,14 @@ class PoseLaw:
         self._longest = 1.5 * vehicle.bus.sync_period
         self._half = vehicle.trucks[truck].wheelbase / 2.0
         self._last_true = self._true = world.poses[truck]
-        self._pose: PoseTuple | None = None
         self._doubt, self._time = 0.0, -math.inf
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin with another driver; what an encoder that is frozen meanwhile has lost is still in doubt."""
+        # dead reckoning of the truck from the driver's samples
+        self._odometer = Odometer(self._world.vehicle, self._truck)
+        self._pose: PoseTuple | None = None
 
     def check(self, sample: Sample, faults: Sequence[Fault]) -> str | None:
         """Return how the law is broken by a sample in a session with faults; None where it holds."""
@@ -91,7 +96,7 @@ class PoseLaw:
             self._doubt += travel
         if not is_read:
             return None
-        before, self._pose = self._pose, self.odometer.step(sample)
+        before, self._pose = self._pose, self._odometer.step(sample)
         true_step, self._true = _between(self._true, true), true
         if before is None:
             return None

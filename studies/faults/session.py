@@ -70,6 +70,7 @@ class _Session:
         self._vehicle = self._world.vehicle
         self._drive_nodes = {drive.node for drive in self._vehicle.drives}
         self._hash = hashlib.sha256()
+        self._poses = [PoseLaw(self._world, truck) for truck in self._vehicle.trucks]
         self._driver: Driver | None = None
         self._is_configuring = True
         self._all_present = False
@@ -157,6 +158,8 @@ class _Session:
 
     def _run_driver(self, driver: Driver) -> None:
         self._driver, self._seen = driver, {}
+        for pose in self._poses:
+            pose.begin()
         try:
             with driver:
                 self._drive(driver)
@@ -169,7 +172,6 @@ class _Session:
             self._driver = None
 
     def _drive(self, driver: Driver) -> None:
-        poses = [PoseLaw(self._world, truck) for truck in self._vehicle.trucks]
         try_at, watch_at = self._world.now, self._world.now + WATCH
         settled = self._world.now
         while (now := self._world.now) < self._end:
@@ -186,7 +188,7 @@ class _Session:
             self._samples.append(sample)
             self._hash.update(repr((sample.index, sample.time, sample.counts, sample.present)).encode())
             self._all_present = all(sample.present)
-            for pose in poses:
+            for pose in self._poses:
                 if broken := pose.check(sample, self._script.faults):
                     self._violate(broken)
             if not (self._all_present and driver.drives.is_enabled):
@@ -194,7 +196,7 @@ class _Session:
             if now >= watch_at:
                 watch_at = now + WATCH
                 self._watch(driver)
-        self.outcome.worst = max(self.outcome.worst, *(pose.worst for pose in poses))
+        self.outcome.worst = max(self.outcome.worst, *(pose.worst for pose in self._poses))
         if settled > self._end - SETTLE and self._script.length >= QUIET:
             self._violate("not all nodes and drives work long after the last fault")
 
@@ -285,13 +287,12 @@ class _Session:
             self._violate(f"wheels are not commanded to stop {STOP_TIME} s after {fault}")
 
     def _check_recording(self, recording: Recording, samples: list[Sample]) -> None:
-        """Compare a recording with samples that must be in it, where a channel is present in both.
+        """Compare a recording with samples that must be in it, where both have the same channels.
 
         A log knows no window: an answer after the driver has closed a sample, as after a silence or while the
         drives are enabled, may be in time there. A SYNC of another device makes a sample in a log. What a
-        channel has counted before the first sample that both have is no travel: a log may hold frames of
-        before the driver's first sample. Nor is what a restart is bridged with, if one of the two has had
-        readings of either wheel that the other had not.
+        channel has counted before the first sample is no travel: a log may hold frames of before the driver's
+        first sample. Nor is what a restart is bridged with, if one of the two has had other readings.
         """
         full = min((START + at for at, _ in self._full() if START + at > self._opened), default=math.inf)
         rows = np.searchsorted(recording.time, [sample.time - LOG_STEP for sample in samples]).tolist()
@@ -306,14 +307,15 @@ class _Session:
                 return
             if sample.time > full:
                 continue
-            if tuple(recording.present[row]) != sample.present:
+            is_alike = tuple(recording.present[row]) == sample.present
+            if not is_alike:
                 unlike = sample.time
             while bridges and bridges[0].end < sample.time + LOG_STEP:
                 bridge = bridges.pop(0)
                 if unlike > bridge.start - window:
                     before.pop(self._vehicle.channels.index(bridge.channel), None)
             counts = recording.counts[row].tolist()
-            for channel in np.flatnonzero(recording.present[row] & np.array(sample.present)).tolist():
+            for channel in np.flatnonzero(sample.present).tolist() if is_alike else ():
                 difference = counts[channel] - sample.counts[channel]
                 if before.setdefault(channel, difference) != difference:
                     here = f"{sample.counts}, {sample.present} at {sample.time - START:.3f} s"

@@ -126,6 +126,11 @@ def test_a_recording_with_another_count_in_one_sample_breaks_a_law(monkeypatch):
     assert any("the recording differs" in line for line in run(CLOSE).violations)
 
 
+def test_what_a_frozen_encoder_has_lost_is_in_doubt_also_for_the_next_driver():
+    frozen = Fault("frozen", 5.28, 3.601, node=2)
+    assert run(Script("double", 650, (frozen,), length=12.0, restarts=(6.854,))).violations == []
+
+
 def test_a_recording_may_hold_frames_of_before_the_first_sample_of_the_driver():
     """They come in a late burst; the node restarts after them, so that the log bridges from another count."""
     faults = Fault("adapter", 69.272, 0.652), Fault("burst", 69.689, 3.048), Fault("torn write", 75.002)
