@@ -282,7 +282,7 @@ def posterior_with_background(
 
 def _with_unknown(posterior: Posterior, start: Sequence[int], unknown: UnknownErrors) -> Posterior:
     """Return the posterior with the likeliest unknown errors, given a set and given none."""
-    offered, widths, columns = unknown
+    offered, widths, columns = unknown.terms, unknown.widths, unknown.columns
     best: list[int] = []
     for conditional in (posterior.given(start), *([posterior.given(())] if start else [])):
         log_odds = np.array([term.odds for term in offered]) + conditional.log_bayes_factors(columns, widths)

@@ -1,10 +1,12 @@
-"""Omnibus test of what a fit leaves: does an error without a name, on any component, predict it?
+"""Omnibus test of what a fit leaves: does an error without a name, or any quantity of the drive, predict it?
 
-The whitened innovations of all channels are predicted by the columns of each error (`candidates.unknown`) on
-stretches that are left out in turn. The null distribution is that of the largest gain among all errors, with
-innovations that are shifted in a circle against the drive, and with a random sign in each stretch of time: no
-predictor can be right then, however the noise is correlated. Its tail is that of a largest value (Gumbel,
-Statistics of Extremes, 1958; tails of permutation tests: Winkler et al., NeuroImage 141, 2016).
+The whitened innovations of all channels are predicted by the columns of each error (`candidates.unknown`),
+and those of each channel by each quantity at the same instant, on stretches that are left out in turn. An
+error says which component has it; a quantity predicts what no component's error does. The null distribution
+is that of the largest gain among all, with innovations that are shifted in a circle against the drive, and
+with a random sign in each stretch of time: no predictor can be right then, however the noise is correlated.
+Its tail is that of a largest value (Gumbel, Statistics of Extremes, 1958; tails of permutation tests: Winkler
+et al., NeuroImage 141, 2016).
 """
 
 from __future__ import annotations
@@ -15,6 +17,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.block import LINKAGE
+from omnimate.mismatch.answer.nominal import innovation_variance
 from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.terms import UNKNOWN_PRIOR
@@ -23,7 +27,7 @@ from omnimate.mismatch.recording.folds import folds_of
 from omnimate.mismatch.recording.pose_outliers import MAD_TO_SIGMA
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable
 
     from numpy.typing import NDArray
 
@@ -44,21 +48,21 @@ BATCH = 32  # errors whose columns are in memory at once
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """An error without a name that predicts what is left where no fit has seen it.
+    """What predicts what is left where no fit has seen it: an error without a name, or a quantity.
 
     Attributes:
-        component: Component that has the error.
-        channel: Name of the channel on which it shows most.
+        component: Component that has the error; of a quantity, the sensor of the channel.
         quantity: On which it depends.
-        share: Of the innovations' square in that channel, or of the expected noise's where that is larger, on
-            stretches that are left out.
+        channel: Name of the channel on which it shows most.
+        share: Of the innovations' square in that channel on stretches that are left out, or of the square of
+            the noise that is expected, or that a nominal robot has on a nominal floor, where that is larger.
         gain: Fall of the chi-square of all channels there.
         columns: What predicts it, in all rows of the regression, `(V, k)`.
     """
 
     component: str
-    channel: str
     quantity: str
+    channel: str
     share: float
     gain: float
     columns: Array
@@ -103,6 +107,50 @@ class Leftover:
         return np.asarray(rows - axes @ (axes.T @ rows))
 
 
+@dataclass(frozen=True, slots=True)
+class _Predictors:
+    """Groups of columns in some rows, each of which may predict what is left there.
+
+    Attributes:
+        names: Component and quantity of each.
+        widths: Number of columns of each.
+        rows: The rows, `(R,)`.
+        columns: Function that returns a range of the columns in these rows, in units of the data, `(R, k)`.
+    """
+
+    names: list[tuple[str, str]]
+    widths: list[int]
+    rows: NDArray[np.int64]
+    columns: Callable[[slice], Array]
+
+    def heldout_gains(self, data: Array, fold: NDArray[np.int64]) -> Array:
+        """Return by how much each of n lowers the square of each of the data (V, B) where it is left out.
+
+        Args:
+            data: The data.
+            fold: Number of each row's fold, `(V,)`.
+
+        Returns:
+            The gains, `(n, B)`.
+        """
+        own, fold_of_own = data[self.rows], fold[self.rows]
+        folds = [np.flatnonzero(fold_of_own == number) for number in np.unique(fold)]
+        data_of_fold = [own[rows] for rows in folds]
+        gains = []
+        for first in range(0, len(self.widths), BATCH):
+            places = slices_of(self.widths)[first : first + BATCH]
+            start = places[0].start
+            columns = self.columns(slice(start, places[-1].stop))
+            parts = [columns[rows] for rows in folds]
+            products = np.stack([part.T @ data for part, data in zip(parts, data_of_fold, strict=True)])
+            for place in (slice(each.start - start, each.stop - start) for each in places):
+                gram = np.stack([part[:, place].T @ part[:, place] for part in parts])
+                score = products[:, place]
+                fitted = _without_fold(gram, score)
+                gains.append((2.0 * fitted * score - fitted * (gram @ fitted)).sum(axis=(0, 1)))
+        return np.array(gains)
+
+
 def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int]) -> Leftover:
     """Return what predicts the innovations that a set of candidates leaves.
 
@@ -110,52 +158,61 @@ def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int
 
     Args:
         posterior: The candidates.
-        unknown: The errors that may predict.
+        unknown: The errors that may predict, and the quantities of the drive.
         members: The set.
     """
     regression, conditional = posterior.regression, posterior.given(members)
+    names = row_names(regression.windows[0])
     scale, data = _data_and_null(conditional.residual, regression.channel, posterior.candidates.stretch)
     fold = np.unique(regression.of_rows(folds_of(regression.windows)), return_inverse=True)[1]
-    places = slices_of(unknown.widths)
-
-    def columns_of(errors: Sequence[slice]) -> Array:
-        """Return the columns of neighbouring errors, given the set, in units of the data."""
-        part = slice(errors[0].start, errors[-1].stop)
-        return np.asarray(conditional.project_out(unknown.columns[:, part]) / scale[:, None])
-
-    batches = [slice(first, first + BATCH) for first in range(0, len(places), BATCH)]
-    gain = np.concatenate(
-        [_heldout_gains(columns_of(places[batch]), unknown.widths[batch], data, fold) for batch in batches]
-    )
-    null = gain[:, 1:]
-    score = (gain - null.mean(axis=1, keepdims=True)) / (null.std(axis=1, keepdims=True) + 1.0)
-    largest = score.max(axis=0)
+    predictors = [
+        _Predictors(
+            [(term.component, term.fixed["quantity"]) for term in unknown.terms],
+            unknown.widths,
+            np.arange(len(data)),
+            lambda part: np.asarray(conditional.project_out(unknown.columns[:, part]) / scale[:, None]),
+        ),
+        *(
+            _of_channel(unknown, np.flatnonzero(regression.channel == number), names[number])
+            for number in np.unique(regression.channel)
+        ),
+    ]
+    gain = np.concatenate([own.heldout_gains(data, fold) for own in predictors])
+    largest = gain.max(axis=0)
     p_value = _tail(float(largest[0]), largest[1:])
     if p_value >= ERROR_RATE:
         return Leftover(p_value)
-    names = row_names(regression.windows[0])
+    expected = np.maximum(1.0, innovation_variance(regression))
+    beyond = np.flatnonzero(gain[:, 0] > largest[1:].max())
+    errors = beyond[beyond < len(unknown.terms)]
+    strongest = errors if len(errors) else beyond
+    strongest = strongest[np.argsort(-gain[strongest, 0])][:SHOWN]
+    all_of_them = [(own, number) for own in predictors for number in range(len(own.widths))]
     predictions = []
-    for number in np.argsort(-score[:, 0])[:SHOWN]:
-        if score[number, 0] <= largest[1:].max():
-            break
-        own, term = columns_of([places[number]]), unknown.terms[number]
-        gram, products = products_by_group(fold, own, data[:, 0])
-        predicted = (own * _without_fold(gram, products[:, :, None])[fold, :, 0]).sum(axis=1)
-        falls = np.bincount(regression.channel, predicted * (2.0 * data[:, 0] - predicted))
+    for at in strongest:
+        own, number = all_of_them[at]
+        rows = own.rows
+        columns, channel = np.zeros((len(data), own.widths[number])), regression.channel[rows]
+        columns[rows] = part = own.columns(slices_of(own.widths)[number])
+        gram, products = products_by_group(fold[rows], part, data[rows, 0])
+        predicted = (part * _without_fold(gram, products[:, :, None])[fold[rows], :, 0]).sum(axis=1)
+        falls = np.bincount(channel, predicted * (2.0 * data[rows, 0] - predicted))
         shown = int(falls.argmax())
         mine = regression.channel == shown
-        square = max(float((data[mine, 0] ** 2).sum()), float((scale[mine] ** -2.0).sum()))
-        predictions.append(
-            Prediction(
-                term.component,
-                names[shown],
-                term.fixed["quantity"],
-                float(falls[shown]) / square,
-                float(gain[number, 0]),
-                own * scale[:, None],
-            )
-        )
+        square = max(float((data[mine, 0] ** 2).sum()), float((expected[mine] / scale[mine] ** 2).sum()))
+        share = float(falls[shown]) / square
+        component, quantity = own.names[number]
+        fall, in_units = float(gain[at, 0]), columns * scale[:, None]
+        predictions.append(Prediction(component, quantity, names[shown], share, fall, in_units))
     return Leftover(p_value, tuple(predictions))
+
+
+def _of_channel(unknown: UnknownErrors, rows: NDArray[np.int64], channel: str) -> _Predictors:
+    """Return the quantities of the drive at the instants of a channel's rows, as its predictors."""
+    component, curves = channel if channel in LINKAGE else "poses", unknown.curves[rows]
+    curves = curves - curves.mean(axis=0)
+    names = [(component, quantity) for quantity in unknown.quantities]
+    return _Predictors(names, list(unknown.quantities.values()), rows, lambda part: curves[:, part])
 
 
 def _data_and_null(
@@ -177,29 +234,6 @@ def _data_and_null(
         data[mine, 0] = own
         data[mine, 1:] = np.stack([np.roll(own, shift) for shift in shifts], axis=1) * sign[stretch[mine]]
     return scale, data
-
-
-def _heldout_gains(columns: Array, widths: Sequence[int], data: Array, fold: NDArray[np.int64]) -> Array:
-    """Return by how much each of n errors lowers the square of each of the data (V, B) where it is left out.
-
-    Args:
-        columns: Of all errors, `(V, C)`.
-        widths: Number of columns of each.
-        data: The data.
-        fold: Number of each row's fold, `(V,)`.
-
-    Returns:
-        The gains, `(n, B)`.
-    """
-    folds = [np.flatnonzero(fold == number) for number in range(int(fold.max()) + 1)]
-    parts = [columns[rows] for rows in folds]
-    products = np.stack([part.T @ data[rows] for part, rows in zip(parts, folds, strict=True)])
-    gains = []
-    for place in slices_of(widths):
-        gram, score = np.stack([part[:, place].T @ part[:, place] for part in parts]), products[:, place]
-        fitted = _without_fold(gram, score)
-        gains.append((2.0 * fitted * score - fitted * (gram @ fitted)).sum(axis=(0, 1)))
-    return np.array(gains)
 
 
 def _without_fold(gram: Array, score: Array) -> Array:

@@ -63,11 +63,15 @@ class UnknownErrors(NamedTuple):
         terms: The candidates.
         widths: Number of columns of each.
         columns: All whitened columns, in the same order, `(V, C)`.
+        quantities: Names of the quantities of the drive, each with its number of columns in `curves`.
+        curves: Their curves at the instant of each row, then their changes in its window, `(V, Q)`.
     """
 
     terms: list[Term]
     widths: list[int]
     columns: Array
+    quantities: dict[str, int]
+    curves: Array
 
 
 def unknown_errors(regression: Regression) -> UnknownErrors:
@@ -86,7 +90,19 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
         Term(UNKNOWN, component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
         for (component, acts_on, quantity), _ in groups
     ]
-    return UnknownErrors(terms, [width for _, width in groups], regression.whitened(raw))
+    return UnknownErrors(
+        terms,
+        [width for _, width in groups],
+        regression.whitened(raw),
+        {quantity: 2 * len(own) for quantity, own in curves[0].items()},
+        regression.of_rows([_curves_at_ends(*each) for each in zip(regression.windows, curves, strict=True)]),
+    )
+
+
+def _curves_at_ends(windows: Windows, shared: Curves) -> Array:
+    """Return each quantity's curves at the ends of K windows, then their changes in these, `(K, Q)`."""
+    at_ends = [windows.at_ends(np.stack(own, axis=1)) for own in shared.values()]
+    return np.hstack([part for own in at_ends for part in (own, np.diff(own, axis=0, prepend=own[:1]))])
 
 
 def _columns(

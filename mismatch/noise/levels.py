@@ -7,6 +7,7 @@ robots bounds those that the recording does not identify.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
@@ -126,15 +127,45 @@ class Filter:
 
 def filter_of(windows: Windows, noise: NoiseLevels) -> Filter:
     """Return the Kalman filter of one recording at given noise levels."""
+    transition, process, start = _motion(windows, noise)
+    variance = variance_of(windows, noise)
+    gains, spread = gains_of(transition, windows.links, process, windows.observe, variance, start)
+    return Filter(windows, transition, gains, spread)
+
+
+def open_loop_variance(windows: Windows, noise: NoiseLevels, edges: Sequence[int]) -> Array:
+    """Return the variances (E - 1, R) of what is measured open loop where stretches end.
+
+    The noise of the sensors at both ends is in them.
+
+    Args:
+        windows: Linear model of the recording.
+        noise: The noise levels.
+        edges: Windows' ends at which stretches begin and end, with a known state, `(E,)`.
+    """
+    transition, process, start = _motion(windows, noise)
+    known = start * 0.0
+    waves = _wave_states(windows)
+    known[waves, waves] = start[waves, waves]
+    found = []
+    for first, last in itertools.pairwise(edges):
+        covariance = known
+        for step, disturbed in zip(transition[first:last], process[first:last], strict=True):
+            covariance = step @ covariance @ step.T + disturbed
+        observe = windows.observe[last]
+        found.append(np.einsum("ri,ij,rj->r", observe, covariance, observe))
+    variance = np.nan_to_num(variance_of(windows, noise)[np.asarray(edges, np.int64)])
+    return np.asarray(np.array(found).reshape(-1, variance.shape[1]) + variance[1:] + variance[:-1])
+
+
+def _motion(windows: Windows, noise: NoiseLevels) -> tuple[Array, Array, Array]:
+    """Return transitions and process covariances, `(M, n, n)`, and the covariance of the start, `(n, n)`."""
     transition, start = windows.transition.copy(), _start_covariance(windows)
     waves = _wave_states(windows)
     decay, mean_square = _wave_moments(windows, noise.wave)
     transition[:, waves, waves] = decay
     start[waves, waves] = noise.waviness**2 * mean_square.max(axis=0)
-    process = _process_covariance(windows, noise, decay, mean_square)
-    variance = variance_of(windows, noise)
-    gains, spread = gains_of(transition, windows.links, process, windows.observe, variance, start)
-    return Filter(windows, transition, gains, spread)
+    return transition, _process_covariance(windows, noise, decay, mean_square), start
 
 
 def _process_covariance(windows: Windows, noise: NoiseLevels, decay: Array, mean_square: Array) -> Array:

@@ -1,5 +1,6 @@
 """What a fit leaves is predicted by the drive where something is left, and by nothing where only noise is."""
 
+from dataclasses import asdict
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,13 +11,14 @@ from omnimate.mismatch.answer.omnibus import ERROR_RATE, leftover
 from omnimate.mismatch.candidates.quantities import shared_quantities
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.unknown import FLOOR, unknown_errors
+from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, NoiseLevels
 from omnimate.mismatch.recording.signals import signals_of
 
 
 @pytest.fixture(scope="module")
 def fit_of(regression, drive):
     """Return a function that makes a fit that leaves noise, and some of a component's error."""
-    shown = regression(drive(laps=2))
+    shown = regression(drive(laps=2)).with_noise(DEFAULT_LEVELS)
     unknown = unknown_errors(shown)
     stretch = (shown.time // 4.0).astype(int)
 
@@ -60,11 +62,39 @@ def test_what_a_components_error_leaves_is_predicted_by_it(fit_of, component, qu
     assert found.probability > leftover(*fit_of(1)).probability
 
 
+@pytest.mark.parametrize(
+    "quantity", ["yaw acceleration of link", "turns of joint_a", "past acceleration of a.left"]
+)
+def test_what_depends_on_a_quantity_at_the_same_instant_is_predicted_on_its_channel(fit_of, quantity):
+    """No component's error does that: what a sensor reads too much stays in the next prediction."""
+    posterior, unknown, members = fit_of(1)
+    place = dict(zip(unknown.quantities, slices_of(unknown.quantities.values()), strict=True))[quantity]
+    mine = posterior.regression.channel == 1
+    residual = posterior.given(()).residual
+    residual[mine] += np.sqrt(0.3 / 0.7) * unknown.curves[mine, place.start]
+    found = leftover(posterior, unknown, members)
+    assert found.p_value < ERROR_RATE
+    assert {prediction.channel for prediction in found.predictions} == {"joint_b"}
+    assert quantity in {prediction.quantity for prediction in found.predictions}
+    assert found.predictions[0].share == pytest.approx(0.3, abs=0.15)
+
+
 @pytest.mark.parametrize("quantity", ["turn rate", "heading of a"])
 def test_the_share_is_that_of_the_channel_on_which_an_error_shows(fit_of, quantity):
     [prediction, *_] = leftover(*fit_of(1, quantity, share=0.3)).predictions
     assert prediction.channel == "joint_b"
     assert prediction.share == pytest.approx(0.3, abs=0.15)
+
+
+def test_what_only_a_robot_with_less_noise_than_a_nominal_one_shows_is_a_trace(fit_of):
+    posterior, unknown, members = fit_of(1, "heading of a", share=0.3)
+    finer = NoiseLevels(*(value / 3.0 for value in asdict(DEFAULT_LEVELS).values()))
+    found = leftover(posterior, unknown, members)
+    posterior.regression = posterior.regression.with_noise(finer)
+    finest = leftover(posterior, unknown, members)
+    assert finest.p_value == found.p_value < ERROR_RATE
+    assert found.relevant
+    assert not finest.relevant
 
 
 def test_what_predicts_explains_itself_away(fit_of):

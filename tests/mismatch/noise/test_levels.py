@@ -151,3 +151,13 @@ def test_a_healthy_drive_leaves_white_innovations(drive, regression):
         for late in (1, 2, 3):
             alike = float(rows[late:] @ rows[:-late]) / float(rows @ rows)
             assert abs(alike) < 4.0 / np.sqrt(len(rows)), (channel, late)
+
+
+def test_the_variance_open_loop_is_that_of_drawn_motion_and_of_the_sensors_at_both_ends(windows):
+    edges = 0, len(windows.ends) // 2
+    ends = np.array([drawn(windows, TRUE, seed).measured[edges[1]] for seed in range(60)])
+    variance = variance_of(windows, TRUE)
+    both_ends = variance[edges[0]] + variance[edges[1]]
+    motion = levels.open_loop_variance(windows, TRUE, edges)[0] - both_ends
+    assert ends.var(axis=0) == pytest.approx(motion + variance[edges[1]], rel=0.5)
+    assert (motion > 0.0).all()

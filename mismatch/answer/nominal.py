@@ -1,0 +1,53 @@
+"""What a nominal robot misses on a nominal floor: an error without a name that changes less is a trace.
+
+Every floor repeats itself in the next lap, and no robot is exact. Fine sensors on a smooth floor show of that
+what is no mismatch.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from omnimate.effects.block import LINKAGE
+from omnimate.mismatch.answer.rerun import STRETCH
+from omnimate.mismatch.answer.where import row_names
+from omnimate.mismatch.heldout import size
+from omnimate.mismatch.noise.levels import filter_of, nominal_levels, open_loop_variance
+
+if TYPE_CHECKING:
+    from omnimate.mismatch.candidates.regression import Regression
+    from omnimate.vehicle.se2 import Array
+
+
+def innovation_variance(regression: Regression) -> Array:
+    """Return the variance of a nominal robot's innovation in each row, `(V,)`; 1 is this robot's own."""
+    levels = nominal_levels(regression.windows)
+    spreads = [filter_of(windows, levels).spread for windows in regression.windows]
+    ratios = [nominal / own.spread for nominal, own in zip(spreads, regression.filters, strict=True)]
+    return np.concatenate([ratio[np.isfinite(ratio)] for ratio in ratios])
+
+
+def innovations(regression: Regression) -> dict[str, float]:
+    """Return by how much a nominal robot misses each channel from one reading to the next, rms; 1 is own."""
+    variance, channel = innovation_variance(regression), regression.channel
+    names = row_names(regression.windows[0])
+    return {names[number]: size(variance[channel == number] ** 0.5) for number in np.unique(channel)}
+
+
+def open_loop(regression: Regression) -> dict[str, float]:
+    """Return by how much a nominal robot misses each channel open loop, rms [m, rad], named as in `rerun`."""
+    levels = nominal_levels(regression.windows)
+    misses: dict[str, list[Array]] = {}
+    for windows in regression.windows:
+        starts = np.arange(windows.time[0], windows.time[-1], STRETCH)
+        edges = np.append(np.searchsorted(windows.time, starts), len(windows.time) - 1)
+        variance, linkage = open_loop_variance(windows, levels, edges.tolist()).T, windows.linkage
+        columns = dict(zip(LINKAGE, variance[:linkage], strict=False))
+        for number, truck in enumerate(windows.signals.trucks):
+            x, y, heading = variance[windows.pose_rows(number)]
+            columns |= {f"{truck} position": x + y, f"{truck} heading": heading}
+        for name, column in columns.items():
+            misses.setdefault(name, []).append(np.sqrt(column))
+    return {name: size(np.concatenate(parts)) for name, parts in misses.items()}
