@@ -124,6 +124,8 @@ class Driver:
     def configure(self) -> ConfigurationReport:
         """Forecast the bus load, configure every encoder, read it back, and start the nodes.
 
+        One that booted meanwhile is configured again in the next cycles.
+
         Raises:
             BusOverload: The forecast leaves no room; nothing has been sent.
             NodeMissing: A node does not answer.
@@ -143,7 +145,8 @@ class Driver:
         if self._network.recorder is not None:
             self._network.recorder.use(self.vehicle)
         for node in nodes:
-            self._encoders.start(node)
+            if not self._encoders.start(node):
+                self._recovery.request(node.node, self._clock.now())
         return ConfigurationReport(nodes, load, self.vehicle)
 
     def enable(self) -> tuple[NodeConfiguration, ...]:

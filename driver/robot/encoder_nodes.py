@@ -78,8 +78,12 @@ class EncoderNodes:
         self.vehicle = with_ranges(self.vehicle, configurations)
         return configurations
 
-    def start(self, configuration: NodeConfiguration) -> None:
+    def start(self, configuration: NodeConfiguration) -> bool:
         """Start a configured node and supervise it.
+
+        Returns:
+            Whether the configuration holds; False where the node has booted since it began, so that what was
+            written before is lost.
 
         Raises:
             BusLost: The interface failed.
@@ -87,6 +91,7 @@ class EncoderNodes:
         self._take_over(configuration)
         self._nmt(NMT_START, configuration.node)
         self._monitor.assembler.node_started(configuration.node)
+        return self._holds(configuration)
 
     def _take_over(self, configuration: NodeConfiguration) -> None:
         """Expect of a node what was configured."""
@@ -107,8 +112,7 @@ class EncoderNodes:
         the boot-up or the heartbeat did not come from it.
 
         Returns:
-            Whether the configuration holds; False where the node has booted since, so that it is lost again,
-            or was made to boot.
+            Whether the configuration holds; False where the node has booted since it began, or was made to.
 
         Raises:
             BusLost: The interface failed.
@@ -126,7 +130,7 @@ class EncoderNodes:
         if not changed and self._monitor.assembler.is_answering(node):
             events.add(now, node, "has not restarted: its objects are as they were, and its PDOs go on")
             self._take_over(configuration)
-            return self._monitor.supervision.nodes[node].boots == self._boots[node]
+            return self._holds(configuration)
         amount = f"{len(changed)} objects set anew" if changed else "nothing had changed"
         events.add(now, node, f"configured again ({amount}) and started")
         for index in PRESET_OBJECTS:
@@ -134,7 +138,10 @@ class EncoderNodes:
             after = configuration.encoder_objects.get(index)
             if before != after:
                 events.add(now, node, f"{index:04X}h was {before}, is {after}: preset, or another device?")
-        self.start(configuration)
+        return self.start(configuration)
+
+    def _holds(self, configuration: NodeConfiguration) -> bool:
+        node = configuration.node
         return self._monitor.supervision.nodes[node].boots == self._boots[node]
 
     def _interrupt(self, command: int, node: int) -> None:

@@ -82,10 +82,7 @@ class Recovery:
     def _finish(
         self, node: int, delay: float, result: Callable[[], NodeConfiguration], now: float
     ) -> NodeConfiguration | None:
-        """Return the result of a dialogue; where it failed, log that and try again later.
-
-        A node that was requested meanwhile may have lost what was written: its result counts for nothing.
-        """
+        """Return the result of a dialogue; where it failed, log that and try again later."""
         try:
             configuration = result()
         except BusLost:
@@ -95,7 +92,7 @@ class Recovery:
         except DriverError as error:
             self._retry(node, delay, now, str(error))
         else:
-            return None if node in self._waiting else configuration
+            return configuration
         return None
 
     def _retry(self, node: int, delay: float, now: float, problem: str) -> None:

@@ -70,7 +70,7 @@ class PoseLaw:
         self._longest = 1.5 * vehicle.bus.sync_period
         self._half = vehicle.trucks[truck].wheelbase / 2.0
         self._last_true = self._true = world.poses[truck]
-        self._doubt, self._time = 0.0, -math.inf
+        self._doubt, self._is_doubted, self._time = 0.0, True, -math.inf
         self.begin()
 
     def begin(self) -> None:
@@ -92,7 +92,8 @@ class PoseLaw:
             and START + fault.at <= self._world.now <= START + fault.at + fault.duration + SETTLED
             for fault in faults
         )
-        if is_doubtful or self._doubt:
+        was_doubted, self._is_doubted = self._is_doubted, is_doubtful
+        if is_doubtful or was_doubted:
             self._doubt += travel
         if not is_read:
             return None

@@ -131,6 +131,20 @@ def test_what_a_frozen_encoder_has_lost_is_in_doubt_also_for_the_next_driver():
     assert run(Script("double", 650, (frozen,), length=12.0, restarts=(6.854,))).violations == []
 
 
+def test_a_counter_that_restarts_unheard_begins_again_though_its_node_booted_while_it_was_configured():
+    faults = Fault("reboot", 0.05, 0.015, node=2), Fault("power", 6.0, 0.277)
+    assert run(Script("single", 1, faults, length=10.0)).violations == []
+
+
+def test_a_counter_that_restarts_unheard_in_a_dialogue_begins_again():
+    faults = (
+        Fault("nmt reset", 13.743, node=2),
+        Fault("nmt stop", 49.19, node=2),
+        Fault("power", 49.867, 0.014),
+    )
+    assert run(Script("single", 543, faults, length=65.0, restarts=(49.104,))).violations == []
+
+
 def test_a_recording_may_hold_frames_of_before_the_first_sample_of_the_driver():
     """They come in a late burst; the node restarts after them, so that the log bridges from another count."""
     faults = Fault("adapter", 69.272, 0.652), Fault("burst", 69.689, 3.048), Fault("torn write", 75.002)
