@@ -17,7 +17,7 @@ import numpy as np
 from omnimate.effects.block import LINKAGE
 from omnimate.mismatch.candidates.quantities import shared_quantities
 from omnimate.mismatch.candidates.terms import UNKNOWN, UNKNOWN_PRIOR, Term, turns
-from omnimate.mismatch.recording.response import joined, misread_columns, moved_columns
+from omnimate.mismatch.recording.response import misread_columns, moved_columns
 from omnimate.mismatch.recording.windows import pushed_by_curves
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
     offered = [
         _columns(windows, own, turned=turned) for windows, own in zip(regression.windows, curves, strict=True)
     ]
-    groups, raw = offered[0][0], [columns for _, columns in offered]
+    groups, raw = offered[0][0], zip(*(columns for _, columns in offered), strict=True)
     odds = UNKNOWN_PRIOR.log_odds - math.log(len(groups) / len({group[:2] for group, _ in groups}))
     terms = [
         Term(UNKNOWN, component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
@@ -93,7 +93,7 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
     return UnknownErrors(
         terms,
         [width for _, width in groups],
-        regression.whitened(raw),
+        np.hstack([regression.whitened(of_recordings) for of_recordings in raw]),
         {quantity: 2 * len(own) for quantity, own in curves[0].items()},
         regression.of_rows([_curves_at_ends(*each) for each in zip(regression.windows, curves, strict=True)]),
     )
@@ -107,8 +107,8 @@ def _curves_at_ends(windows: Windows, shared: Curves) -> Array:
 
 def _columns(
     windows: Windows, shared: Curves, *, turned: bool
-) -> tuple[list[tuple[tuple[str, str, str], int]], Columns]:
-    """Return columns of all errors, and how many are of each component, what it acts on, and quantity.
+) -> tuple[list[tuple[tuple[str, str, str], int]], list[Columns]]:
+    """Return how many columns are of each component, what it acts on, and quantity, and the columns.
 
     Errors per turn are left out where the drive does not turn.
     """
@@ -126,7 +126,7 @@ def _columns(
     for component, wheels in _rolling(windows):
         groups += [((component, "", FLOOR.format(1.0 / repeats)), 4) for repeats in REPEATS]
         columns.append(tuple(np.sum([patterns[wheel][part] for wheel in wheels], axis=0) for part in (0, 1)))
-    return groups, joined(columns)
+    return groups, columns
 
 
 def errors(windows: Windows) -> list[Error]:
