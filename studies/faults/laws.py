@@ -8,9 +8,9 @@ The laws are looser than their words:
   the two say. One of the bus is explained by a fault of any node, one of the recording by a full disk only.
 - A report is required only of a fault that begins while all is well, lasts long enough, and meets no restart
   and no other fault of its node or the bus.
-- A recording is compared where both have the same channels, from the first such sample. From the first full
-  disk on only the times of its samples are. Within `ACKNOWLEDGED` of a full disk, and before a power cut,
-  nothing is required.
+- A recording is compared where a channel is present in both, and in the samples before and after, from the
+  first such sample. From the first full disk on only the times of its samples are. Within `ACKNOWLEDGED` of
+  a full disk, and before a power cut, nothing is required.
 """
 
 from __future__ import annotations

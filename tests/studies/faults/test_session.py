@@ -161,6 +161,18 @@ def test_a_restart_may_be_bridged_otherwise_in_a_log_that_has_other_readings():
     assert run(Script("single", 670, faults, length=60.0, restarts=(40.508,))).violations == []
 
 
+def test_an_answer_that_comes_a_period_late_may_be_in_another_sample_of_the_log():
+    """Two nodes that babble fill the bus."""
+    faults = (
+        Fault("nmt stop", 0.037, node=13),
+        Fault("torn write", 1.896),
+        Fault("trip", 26.953, node=12),
+        Fault("babbling", 44.472, 0.107, 7),
+        Fault("babbling", 44.51, 0.145, 6),
+    )
+    assert run(Script("double", 102, faults, length=60.0, restarts=(36.086,))).violations == []
+
+
 def test_a_recording_that_begins_when_the_disk_has_space_again_knows_no_restart_from_before():
     """Its counts differ by what the driver has bridged; its times are those of the samples."""
     full, restart = Fault("disk full", 0.5, 4.0), Fault("nmt communication", 4.0, node=2)
