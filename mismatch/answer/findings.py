@@ -14,7 +14,7 @@ from omnimate.mismatch.answer.constancy import changing_error
 from omnimate.mismatch.answer.doubts import EVEN, SUREST, surest_names, surest_unknown
 from omnimate.mismatch.answer.drawn import evidence_of
 from omnimate.mismatch.answer.nominal import innovations, open_loop
-from omnimate.mismatch.answer.omnibus import RELEVANT, leftover
+from omnimate.mismatch.answer.omnibus import RELEVANT, RELEVANT_SQUARE, leftover
 from omnimate.mismatch.answer.repeats import repeats_of
 from omnimate.mismatch.answer.rerun import rerun
 from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
@@ -39,7 +39,7 @@ from omnimate.mismatch.noise.levels import nominal_levels
 from omnimate.mismatch.scans.nonlinear import spreads
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Sequence
+    from collections.abc import Collection, Container, Iterable, Sequence
 
     from omnimate.effects.effect import Effect
     from omnimate.mismatch.answer.constancy import RollingError
@@ -81,17 +81,17 @@ def answer(found: Investigation) -> Diagnosis:
         else _unknown(found, member, rivalry(found, member), excess, surest_nameless)
         for member in found.members
     ]
-    told = _fit(fit, residuals)
+    summary = _fit(fit, residuals)
     laws = {effect.component for effect in fit.chosen.effects if effect.name == "law"}
     nameless = _without_name(left, present, excess)
     if left.relevant:
         present += nameless
-    findings, traces = _relevant(_ordered(_merged(present)), _misses(fit.regression, told), laws)
+    findings, traces = _relevant(_ordered(_merged(present)), _misses(fit.regression, summary, laws), laws)
     traces = traces if left.relevant else (*traces, *nameless)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)
-    if not findings and told.gain[0] <= told.gain[1]:  # what was calibrated predicts nothing new better
-        effects, told = fit.mounted, told.unchanged()
+    if not findings and summary.gain[0] <= summary.gain[1]:  # what was calibrated predicts nothing new better
+        effects, summary = fit.mounted, summary.unchanged()
     calibrated = tuple(
         Calibrated(effect.name, effect.component, _parameters(fit.regression, acting, number))
         for number, effect in enumerate(acting.effects)
@@ -101,7 +101,7 @@ def answer(found: Investigation) -> Diagnosis:
     verdict: Verdict = "mismatch" if findings else "insufficient" if unseen else "agreement"
     drives = tuple(dict.fromkeys(finding.separates for finding in findings if finding.separates))
     if findings:
-        says = _headline(findings, told)
+        says = _headline(findings, summary)
     elif unseen:
         says, drives = unseen_in_words(unseen)
     else:
@@ -116,7 +116,7 @@ def answer(found: Investigation) -> Diagnosis:
         verdict,
         says,
         findings,
-        told,
+        summary,
         remaining / excess if findings else 0.0,
         tuple(dict.fromkeys(quantities)),
         found.signals[0].recording.vehicle.name,
@@ -147,7 +147,7 @@ def _relevant(
     """
     helps = any(change.after < (1.0 - RELEVANT) * change.before for change, _ in misses)
     stands_out = any(
-        change.before**2 - change.after**2 >= (1.0 - (1.0 - RELEVANT) ** 2) * max(change.before, nominal) ** 2
+        change.before**2 - change.after**2 >= RELEVANT_SQUARE * max(change.before, nominal) ** 2
         for change, nominal in misses
     )
     relevant = [
@@ -160,11 +160,15 @@ def _relevant(
     return tuple(each for each, yes in pairs if yes), tuple(each for each, yes in pairs if not yes)
 
 
-def _misses(regression: Regression, fit: Fit) -> list[tuple[Change, float]]:
-    """Return by how much each channel is missed without and with the findings, and by a nominal robot."""
+def _misses(regression: Regression, fit: Fit, laws: Collection[str]) -> list[tuple[Change, float]]:
+    """Return by how much each channel is missed without and with the findings, and by a nominal robot.
+
+    The latter is asked of laws only, and 0 without any.
+    """
+    nominal_channels, nominal_rerun = (innovations(regression), open_loop(regression)) if laws else ({}, {})
     return [
         (change, nominal.get(name, 0.0))
-        for changes, nominal in ((fit.channels, innovations(regression)), (fit.rerun, open_loop(regression)))
+        for changes, nominal in ((fit.channels, nominal_channels), (fit.rerun, nominal_rerun))
         for name, change in changes.items()
     ]
 

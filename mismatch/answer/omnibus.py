@@ -40,6 +40,7 @@ ERROR_RATE = 1e-3  # declared: one healthy recording in a thousand is said to le
 RELEVANT = (
     0.05  # declared share of an error (not of its square) below which a mismatch is a trace: a twentieth
 )
+RELEVANT_SQUARE = 1.0 - (1.0 - RELEVANT) ** 2  # share of a square that goes with that share of an error
 OUTLYING = 4.0  # [standard deviations] at which innovations are cut: single pushes are no pattern
 SHORTEST = 0.05  # share of a recording by which innovations are shifted at least
 SHOWN = 6  # predictions that are kept, at most
@@ -83,7 +84,7 @@ class Leftover:
     @property
     def relevant(self) -> bool:
         """Whether something predicts a share of a channel that is no trace."""
-        return any(prediction.share >= 1.0 - (1.0 - RELEVANT) ** 2 for prediction in self.predictions)
+        return any(prediction.share >= RELEVANT_SQUARE for prediction in self.predictions)
 
     @property
     def probability(self) -> float:
@@ -134,11 +135,11 @@ class _Predictors:
             The gains, `(n, B)`.
         """
         own, fold_of_own = data[self.rows], fold[self.rows]
-        folds = [np.flatnonzero(fold_of_own == number) for number in np.unique(fold)]
+        folds = [np.flatnonzero(fold_of_own == number) for number in range(int(fold.max()) + 1)]
         data_of_fold = [own[rows] for rows in folds]
-        gains = []
-        for first in range(0, len(self.widths), BATCH):
-            places = slices_of(self.widths)[first : first + BATCH]
+        all_places, gains = slices_of(self.widths), []
+        for first in range(0, len(all_places), BATCH):
+            places = all_places[first : first + BATCH]
             start = places[0].start
             columns = self.columns(slice(start, places[-1].stop))
             parts = [columns[rows] for rows in folds]

@@ -290,7 +290,7 @@ class _Session:
         """Compare a recording with samples that must be in it, where a channel is present in both.
 
         A log knows no window: an answer after the driver has closed a sample, as after a silence or while the
-        drives are enabled, may be in time there. Beside a sample without a channel the driver may therefore
+        drives are enabled, may be in time there. Next to a sample without a channel, the driver may therefore
         take an answer for that to the next SYNC. A SYNC of another device makes a sample in a log. What a
         channel has counted before the first sample is no travel: a log may hold frames of before the driver's
         first sample. Nor is what a restart is bridged with, if one of the two has had other readings.

@@ -44,7 +44,7 @@ def test_a_doubted_name_comes_after_what_is_sure_and_a_possibility_last():
 
 
 @given(before=st.floats(0.1, 10.0), quieter=st.floats(1.0, 10.0), kept=st.floats(0.0, 0.9))
-def test_an_error_without_a_name_is_relevant_where_it_is_seen_beside_a_nominal_robots_noise(
+def test_an_error_without_a_name_is_relevant_where_it_exceeds_the_noise_of_a_nominal_robot(
     before, quieter, kept
 ):
     """A named effect that helps as much is relevant on any robot."""

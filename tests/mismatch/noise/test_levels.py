@@ -25,7 +25,7 @@ def drawn(windows, noise, seed):
     """Return windows whose measurements are drawn from the model at some levels, with white noise only."""
     chance = np.random.default_rng(seed)
     run, states = filter_of(windows, noise), windows.transition.shape[1]
-    process = levels._process_covariance(windows, noise, *levels._wave_moments(windows, noise.wave))
+    _, process, _ = levels._motion(windows, noise)
     variance = variance_of(windows, noise)
     state = np.zeros(states)
     measured = np.full(windows.measured.shape, np.nan)
