@@ -84,12 +84,20 @@ def make(
 ) -> dict[str, Any]:
     """Write the recording of a case into a folder, and return its label.
 
+    A drive in which the contacts become unstable is none: the case is drawn once more.
+
     Raises:
-        FloatingPointError: The contacts became unstable.
+        FloatingPointError: The contacts became unstable in both.
     """
     name = fault or list(FAULTS)[number % len(FAULTS)]
     poses = measuring or POSES[1 + number % 2 if name in POSES_ONLY else number % 3]
-    rng = np.random.default_rng([seed, number])
+    try:
+        return _made(folder, np.random.default_rng([seed, number]), name, poses)
+    except FloatingPointError:
+        return _made(folder, np.random.default_rng([seed, number, 1]), name, poses)
+
+
+def _made(folder: Path, rng: np.random.Generator, name: str, poses: Measuring | None) -> dict[str, Any]:
     key = rng.bytes(4).hex()
     robot, floor = random_robot(rng), Floor(rng, rng.uniform(0.003, 0.006))
     if name in PREPARED:

@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("mujoco", reason="mujoco is not installed: the extra `mujoco`")
 
 from omnimate.files.recordings.folder import load_recording
+from studies.mismatch.engines.mujoco import cases
 from studies.mismatch.engines.mujoco.cases import make, nominal_by_geometry
 from studies.mismatch.engines.mujoco.control import Pace, eight, rounded, shuttle, square
 from studies.mismatch.engines.mujoco.drive import Floor, drive
@@ -90,6 +91,20 @@ def test_recordings_load_and_their_labels_say_what_was_done(tmp_path):
     assert entry["effects"][0]["effect"] == "joint_bias"
     assert len(recording.run.laps) >= 4
     assert len(recording.time) * 0.015 == pytest.approx(entry["seconds_of_driving"], abs=0.1)
+
+
+def test_a_drive_with_unstable_contacts_is_drawn_once_more(monkeypatch, tmp_path):
+    drawn = []
+
+    def unstable_first(folder, rng, name, poses):
+        drawn.append(rng.random())
+        if len(drawn) == 1:
+            raise FloatingPointError("unstable")
+        return {"fault": name}
+
+    monkeypatch.setattr(cases, "_made", unstable_first)
+    assert make(tmp_path, 1, 0, fault="healthy") == {"fault": "healthy"}
+    assert drawn[0] != drawn[1]
 
 
 def test_a_case_depends_on_the_seed_and_its_number_alone(written_twice):
