@@ -140,7 +140,7 @@ def _write_mujoco(at: Path, seed: int, number: int, fault: str) -> dict[str, Any
     from studies.mismatch.engines.mujoco.cases import make
 
     exact = replace(EXACT, period=0.03, both=True)
-    return {**make(at, seed * 1000 + number, 0, exact, fault), "name": fault}
+    return {**make(at, seed * 1000 + number, 0, exact, fault=fault), "name": fault}
 
 
 def _write_drawn(engine: str, at: Path, seed: int, number: int, _content: None) -> dict[str, Any]:

@@ -42,6 +42,9 @@ def prove(
     data: Annotated[
         Path, typer.Option(help="Folder of labelled sets and real recordings; what is absent is left out.")
     ] = Path("../shared/data"),
+    healthy: Annotated[
+        bool, typer.Option("--healthy", help="Only robots without a fault: how often one is reported.")
+    ] = False,
     real_only: Annotated[
         bool, typer.Option("--real-only", help="Only the two real robots that are described wrongly.")
     ] = False,
@@ -77,7 +80,7 @@ def prove(
             count = cases or (1 if quick else of_laws.CASES)
             _show(of_laws.study(place, seed, jobs, progress_bar, figures, count=count, quick=quick))
         elif not real_only:
-            asked, request = chosen(data, world or ()), Request(seed, cases, quick)
+            asked, request = chosen(data, world or ()), Request(seed, cases, quick, healthy)
             _show(study(place, asked, request, jobs, progress_bar, figures, leave_one_out=leave_one_out))
     if real_only or not (laws or quick or world):
         _show(real_part(data / "real", figures))

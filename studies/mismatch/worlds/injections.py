@@ -38,7 +38,8 @@ def write_injections(
     count = request.cases or (QUICK if request.quick else WHOLE)
     wanted = {f"injected-{number:04d}": (sets, request.seed, number) for number in range(count)}
     pairs = write_all(write_pair, wanted, folder, jobs, report)
-    return {name: label for number in pairs for name, label in pairs[number].items()}
+    labels = {name: label for pair in pairs.values() for name, label in pair.items()}
+    return {name: label for name, label in labels.items() if not request.healthy or label["kind"] == "null"}
 
 
 def write_pair(folder: Path, sets: Sequence[Path], seed: int, number: int) -> dict[str, Label]:

@@ -32,6 +32,7 @@ def write_engine(folder: Path, request: Request, jobs: int, report: Report) -> M
     wanted = {
         f"own-{number:04d}": (case, seed_of(request.seed, number))
         for number, case in enumerate(cases(request.quick))
+        if not request.healthy or case.kind == "null"
     }
     return write_all(make, drawn(wanted, request), folder, jobs, report)
 
@@ -53,7 +54,7 @@ def write_drawn(
     count = request.cases or counts[0 if request.quick else 1]
     made = {f"{folder.name}-{number:04d}": (request.seed, number) for number in range(count)}
     write_one = import_module(f"studies.mismatch.engines.{module}").make
-    return write_all(write_one, made, folder, jobs, report)
+    return write_all(partial(write_one, faultless=request.healthy), made, folder, jobs, report)
 
 
 LABELLED = ("concealed", "concealed2", "contact", "contact2", "unnamed")  # folders of recordings with labels

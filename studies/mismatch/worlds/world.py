@@ -33,6 +33,7 @@ class Request:
     # number of cases, drawn by chance where the world has more; None for all that it has
     cases: int | None = None
     quick: bool = False  # whether a small part is enough, as CI runs it
+    healthy: bool = False  # whether only robots without a fault are asked for
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +89,11 @@ class LabelledWorld(World):
             raise AbsentError(f"{self.folder} is not there: {self.name} is left out")
         if request.quick and request.cases is None:
             request = replace(request, cases=FEW)
-        return Corpus(self, self.folder, drawn(json.loads(path.read_text(encoding="utf-8")), request))
+        labels = json.loads(path.read_text(encoding="utf-8"))
+        asked = {
+            name: label for name, label in labels.items() if not request.healthy or label["kind"] == "null"
+        }
+        return Corpus(self, self.folder, drawn(asked, request))
 
 
 @dataclass(frozen=True, slots=True)

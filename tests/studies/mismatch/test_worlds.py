@@ -1,5 +1,6 @@
 """Worlds: labelled cases of one form, written once, taken up again, and left out where they are not here."""
 
+import json
 from contextlib import contextmanager
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.errors import OmnimateError
 from studies.mismatch.worlds.registry import chosen, worlds
-from studies.mismatch.worlds.world import AbsentError, Request, WrittenWorld, drawn
+from studies.mismatch.worlds.world import AbsentError, LabelledWorld, Request, WrittenWorld, drawn
 from tests.studies.mismatch.answers import label
 
 LABELS = {f"case-{number}": label("null") for number in range(10)}
@@ -89,6 +90,18 @@ def test_the_recordings_of_a_labelled_set_are_where_its_labels_say(shared_data, 
     assert len(found.labels) >= 13
     folder, label = found.question(next(iter(found.labels)))
     assert len(load_recording(folder / label["recordings"][0])) > 100
+
+
+def test_healthy_robots_alone_can_be_asked_for(tmp_path):
+    """Of a set with labels, those without a fault; of an engine, as many as are wanted."""
+    labels = LABELS | {f"fault-{number}": label("single") for number in range(5)}
+    (tmp_path / "labels.json").write_text(json.dumps(labels), encoding="utf-8")
+    found = corpus(LabelledWorld("made", "made", tmp_path), tmp_path, Request(healthy=True))
+    assert set(found.labels) == set(LABELS)
+    (wide,) = chosen(tmp_path, ["wide"])
+    found = corpus(wide, tmp_path / "wide", Request(seed=1, cases=2, healthy=True))
+    assert [each["kind"] for each in found.labels.values()] == ["null", "null"]
+    assert [each["effects"] for each in found.labels.values()] == [[], []]
 
 
 def test_the_engines_cases_are_drawn_by_the_seed_and_written_case_by_case(tmp_path, monkeypatch):

@@ -203,10 +203,12 @@ class _Case:
         return self.log(driven, np.stack(counts, axis=1))
 
 
-def make(folder: Path, seed: int, number: int, measuring: Measuring | None = None) -> dict[str, Any]:
+def make(
+    folder: Path, seed: int, number: int, measuring: Measuring | None = None, *, faultless: bool = False
+) -> dict[str, Any]:
     """Write the recording of a case into a folder, and return its label."""
     chance = np.random.default_rng([seed, number, 8])
-    kind = str(chance.choice(list(KINDS), p=list(KINDS.values())))
+    kind = "null" if faultless else str(chance.choice(list(KINDS), p=list(KINDS.values())))
     while True:
         try:
             case = _case(chance, list(ROBOTS)[number % len(ROBOTS)], seed, number)

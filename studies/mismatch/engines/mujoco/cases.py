@@ -80,7 +80,13 @@ def calibrated(robot: Robot, program: Program) -> Nominal:
 
 
 def make(
-    folder: Path, seed: int, number: int, measuring: Measuring | None = None, fault: str = ""
+    folder: Path,
+    seed: int,
+    number: int,
+    measuring: Measuring | None = None,
+    *,
+    fault: str = "",
+    faultless: bool = False,
 ) -> dict[str, Any]:
     """Write the recording of a case into a folder, and return its label.
 
@@ -89,7 +95,7 @@ def make(
     Raises:
         FloatingPointError: The contacts became unstable in both.
     """
-    name = fault or list(FAULTS)[number % len(FAULTS)]
+    name = "healthy" if faultless else fault or list(FAULTS)[number % len(FAULTS)]
     poses = measuring or POSES[1 + number % 2 if name in POSES_ONLY else number % 3]
     try:
         return _made(folder, np.random.default_rng([seed, number]), name, poses)

@@ -90,10 +90,12 @@ class _Setting:
         return sum(duration for _, _, duration in legs) + 2.4 * len(self.scene.laps)
 
 
-def make(folder: Path, seed: int, number: int, measuring: Measuring | None = None) -> dict[str, Any]:
+def make(
+    folder: Path, seed: int, number: int, measuring: Measuring | None = None, *, faultless: bool = False
+) -> dict[str, Any]:
     """Write the recording of a case into a folder, and return its label."""
     chance = np.random.default_rng([seed, number, 5])
-    kind = str(chance.choice(list(KINDS), p=list(KINDS.values())))
+    kind = "null" if faultless else str(chance.choice(list(KINDS), p=list(KINDS.values())))
     while True:
         setting = _setting(chance, seed, number, dense=kind == "unknown")
         driven = setting.scene.driven([])

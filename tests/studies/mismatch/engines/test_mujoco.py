@@ -108,4 +108,4 @@ def test_a_drive_with_unstable_contacts_is_drawn_once_more(monkeypatch, tmp_path
 
 
 def test_a_case_depends_on_the_seed_and_its_number_alone(written_twice):
-    written_twice(make, 2, 0, fault="healthy")
+    written_twice(make, 2, 0, faultless=True)
