@@ -40,9 +40,9 @@ def _default(context: typer.Context, key: str, value: object) -> tuple[str, str]
     if not isinstance(value, str | int | float):
         raise TableError(key, f"{value!r}; expected text or a number")
     try:
-        options[key].type_cast_value(context, str(value))
+        options[key].process_value(context, str(value))
     except typer.BadParameter as error:
-        raise TableError(key, error.message) from error
+        raise TableError(key, f"{value!r}; {error.message}") from error
     return options[key].name, str(value)
 
 

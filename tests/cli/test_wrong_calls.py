@@ -43,7 +43,8 @@ def test_a_wrong_call_is_answered_by_its_sentence_and_its_code(omnimate, here, m
         closed.bind(("127.0.0.1", 0))
         places = {"here": here, "port": closed.getsockname()[1]}
         result = omnimate(*shlex.split(CALLS[name]["call"].format(**places)))
-    assert (result.code, sentence(result.err)) == (CALLS[name]["code"], CALLS[name]["says"].format(**places))
+    assert result.code == CALLS[name]["code"]
+    assert sentence(result.err).startswith(CALLS[name]["says"].format(**places).strip())
     assert not (here / "out").exists()
 
 
