@@ -12,9 +12,12 @@ from omnimate.mismatch.evidence.rows import whiten_nuisances
 from omnimate.mismatch.recording.folds import folds_of
 
 if TYPE_CHECKING:
+    from collections.abc import Container, Sequence
+
     from numpy.typing import NDArray
 
     from omnimate.effects.effect import Effect
+    from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.fit import Fitted
     from omnimate.mismatch.recording.folds import Kind
     from omnimate.vehicle.se2 import Array
@@ -51,7 +54,9 @@ class HeldOut:
     folds: tuple[NDArray[np.int64], ...]
 
 
-def held_out(nominal: Regression, fit: Fitted, kind: Kind | None = None) -> HeldOut:
+def held_out(
+    nominal: Regression, fit: Fitted, kind: Kind | None = None, without: Container[int] = ()
+) -> HeldOut:
     """Return the residuals of the nominal robot and of the effects, fitted with and without each fold.
 
     What every robot has is noise to both, and is integrated out of them.
@@ -63,13 +68,17 @@ def held_out(nominal: Regression, fit: Fitted, kind: Kind | None = None) -> Held
         nominal: The recordings whitened about no effect, in the windows of the fit.
         fit: The effects.
         kind: Of stretches to leave out; where none is given, the longest that all parameters allow.
+        without: Numbers of effects of the fit that are not fitted; `train` then has what they explained.
     """
     before = whiten_nuisances(nominal.white[:, :1], fit.nuisance)[:, 0]
     regression = fit.regression
     rows = fit.rows
-    train = rows[:, 0]
+    everything = list(enumerate(fit.everything()))
+    removed = [rows[:, place] @ values for number, (_, place, values) in everything if number in without]
+    train = sum(removed, rows[:, 0])
     after = train.copy()
-    columns, origin = _shared(fit, rows)
+    kept = [acting for number, acting in everything if number not in without]
+    columns, origin = _shared(kept, rows)
     kind = kind or _kind(regression, columns)
     stretches = tuple(folds_of(regression.windows, kind))
     folds = regression.of_rows(stretches)
@@ -83,7 +92,7 @@ def held_out(nominal: Regression, fit: Fitted, kind: Kind | None = None) -> Held
         known = np.linalg.solve(precision, others.T @ target)
         after[mine] = train[mine] - columns[mine] @ (known - origin)
         gain.append(0.5 * float((before[mine] ** 2 - after[mine] ** 2).sum()))
-        effects.append(_built(fit, known))
+        effects.append(_built(kept, known))
     return HeldOut(before, train, after, np.array(gain), tuple(effects), kind, stretches)
 
 
@@ -114,10 +123,10 @@ def _kind(fitted: Regression, columns: Array) -> Kind:
     return "moments"
 
 
-def _shared(fit: Fitted, rows: Array) -> tuple[Array, Array]:
+def _shared(acting: Sequence[tuple[Term, slice, Array]], rows: Array) -> tuple[Array, Array]:
     """Return columns (V, k) of rows, all events of a wheel in one, and the coefficients (k,) of the base."""
     columns, origin = [], []
-    for term, place, values in fit.everything():
+    for term, place, values in acting:
         own = rows[:, place]
         if term.is_unknown:
             continue  # no other moment tells what one push was
@@ -134,10 +143,10 @@ def _shared(fit: Fitted, rows: Array) -> tuple[Array, Array]:
     return np.stack(columns, axis=1), np.array(origin)
 
 
-def _built(fit: Fitted, shared: Array) -> tuple[Effect, ...]:
+def _built(acting: Sequence[tuple[Term, slice, Array]], shared: Array) -> tuple[Effect, ...]:
     """Return the effects that shared coefficients (k,) stand for."""
     effects, at = [], 0
-    for term, _, values in fit.everything():
+    for term, _, values in acting:
         if term.is_unknown:
             effects.append(term.built(values))
         elif term.is_event and len(values) > 1:

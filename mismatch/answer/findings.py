@@ -13,8 +13,8 @@ from omnimate.mismatch.answer.averaged import averaged
 from omnimate.mismatch.answer.constancy import changing_error
 from omnimate.mismatch.answer.doubts import EVEN, SUREST, surest_names, surest_unknown
 from omnimate.mismatch.answer.drawn import evidence_of
-from omnimate.mismatch.answer.nominal import innovations, open_loop
-from omnimate.mismatch.answer.omnibus import RELEVANT, RELEVANT_SQUARE, leftover
+from omnimate.mismatch.answer.omnibus import leftover
+from omnimate.mismatch.answer.relevance import relevant
 from omnimate.mismatch.answer.repeats import repeats_of
 from omnimate.mismatch.answer.rerun import rerun
 from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
@@ -39,7 +39,7 @@ from omnimate.mismatch.noise.levels import nominal_levels
 from omnimate.mismatch.scans.nonlinear import spreads
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Container, Iterable, Sequence
+    from collections.abc import Iterable, Sequence
 
     from omnimate.effects.effect import Effect
     from omnimate.mismatch.answer.constancy import RollingError
@@ -82,11 +82,10 @@ def answer(found: Investigation) -> Diagnosis:
         for member in found.members
     ]
     summary = _fit(fit, residuals)
-    laws = {effect.component for effect in fit.chosen.effects if effect.name == "law"}
     nameless = _without_name(left, present, excess)
     if left.relevant:
         present += nameless
-    findings, traces = _relevant(_ordered(_merged(present)), _misses(fit.regression, summary, laws), laws)
+    findings, traces = relevant(_ordered(_merged(present)), fit, nominal, residuals, summary)
     traces = traces if left.relevant else (*traces, *nameless)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)
@@ -128,49 +127,6 @@ def answer(found: Investigation) -> Diagnosis:
         traces,
         found.complete,
     )
-
-
-def _relevant(
-    present: Sequence[Finding], misses: Sequence[tuple[Change, float]], laws: Container[str]
-) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
-    """Return what is found apart from its traces: what is there, and changes hardly anything.
-
-    Findings are relevant together, if the simulator that has them misses some channel by a twentieth less
-    where no fit has seen it, from one reading to the next or open loop. What has no name must also be a
-    twentieth of the mismatch, as what is less may be what the laws of named effects leave; and of what a
-    nominal robot misses, as every floor makes it miss some. Without a law, only the first can be said.
-
-    Args:
-        present: What is found.
-        misses: By how much each channel is missed without and with it, and by a nominal robot.
-        laws: Components of which a law was learned.
-    """
-    helps = any(change.after < (1.0 - RELEVANT) * change.before for change, _ in misses)
-    stands_out = any(
-        change.before**2 - change.after**2 >= RELEVANT_SQUARE * max(change.before, nominal) ** 2
-        for change, nominal in misses
-    )
-    relevant = [
-        finding.explained >= RELEVANT and (stands_out or finding.component not in laws)
-        if finding.effect == UNKNOWN
-        else helps
-        for finding in present
-    ]
-    pairs = list(zip(present, relevant, strict=True))
-    return tuple(each for each, yes in pairs if yes), tuple(each for each, yes in pairs if not yes)
-
-
-def _misses(regression: Regression, fit: Fit, laws: Collection[str]) -> list[tuple[Change, float]]:
-    """Return by how much each channel is missed without and with the findings, and by a nominal robot.
-
-    The latter is asked of laws only, and 0 without any.
-    """
-    nominal_channels, nominal_rerun = (innovations(regression), open_loop(regression)) if laws else ({}, {})
-    return [
-        (change, nominal.get(name, 0.0))
-        for changes, nominal in ((fit.channels, nominal_channels), (fit.rerun, nominal_rerun))
-        for name, change in changes.items()
-    ]
 
 
 def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> list[Finding]:

@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.mismatch.answer.doubts import EVEN
-from omnimate.mismatch.answer.findings import _alternatives, _ordered, _relevant
+from omnimate.mismatch.answer.findings import _alternatives, _ordered
 from omnimate.mismatch.answer.rivals import POSSIBLE, Rivalry
-from omnimate.mismatch.diagnosis import Change, Finding, Where
+from omnimate.mismatch.diagnosis import Finding, Where
 
 KEY = ("count_loss", "b.left")
 UNKNOWN = ("unknown", "b.left")
@@ -41,15 +41,3 @@ def test_a_doubted_name_comes_after_what_is_sure_and_a_possibility_last():
     doubted, sure = finding("count_loss", EVEN, 0.9), finding("unknown", 0.99, 0.1)
     larger, possible = finding("wheelbase", 0.8, 0.3), finding("latency", 0.2, 1.0)
     assert _ordered([possible, doubted, sure, larger]) == (larger, sure, doubted, possible)
-
-
-@given(before=st.floats(0.1, 10.0), quieter=st.floats(1.0, 10.0), kept=st.floats(0.0, 0.9))
-def test_an_error_without_a_name_is_relevant_where_it_exceeds_the_noise_of_a_nominal_robot(
-    before, quieter, kept
-):
-    """A named effect that helps as much is relevant on any robot."""
-    nameless, named = finding("unknown", 0.99, 1.0), finding("wheelbase", 0.99, 1.0)
-    misses = [(Change(before, kept * before), quieter * before)]
-    is_seen = (1.0 - kept**2) / quieter**2 >= 1.0 - 0.95**2
-    expected = ((nameless, named), ()) if is_seen else ((named,), (nameless,))
-    assert _relevant([nameless, named], misses, {"b.left"}) == expected

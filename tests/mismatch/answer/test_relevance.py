@@ -1,0 +1,88 @@
+"""What is found is relevant where it predicts what no fit has seen; otherwise it is a trace."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from omnimate.mismatch.answer.findings import _fit
+from omnimate.mismatch.answer.relevance import is_large, relevant
+from omnimate.mismatch.candidates.terms import term
+from omnimate.mismatch.diagnosis import Change, Finding, Where
+from omnimate.mismatch.fit import fitted
+from omnimate.mismatch.heldout import held_out, nominal_of
+from omnimate.mismatch.recording.signals import signals_of
+from tests.mismatch.conftest import USUAL
+
+
+def finding(effect, component="b.left"):
+    return Finding(effect, component, 0.99, where=Where((), (), ""), explained=1.0)
+
+
+@given(before=st.floats(0.1, 10.0), quieter=st.floats(1.0, 10.0), kept=st.floats(0.0, 0.9))
+def test_an_error_without_a_name_is_large_where_it_exceeds_the_noise_of_a_nominal_robot(
+    before, quieter, kept
+):
+    """A named effect that helps as much is large on any robot."""
+    misses = [(Change(before, kept * before), quieter * before)]
+    is_seen = (1.0 - kept**2) / quieter**2 >= 1.0 - 0.95**2
+    assert is_large(finding("unknown"), misses, {"b.left"}) == is_seen
+    assert is_large(finding("wheelbase"), misses, {"b.left"})
+
+
+def fit_of(recordings, *terms):
+    return fitted(
+        [signals_of(each) for each in recordings], USUAL, terms, [np.zeros(len(t.probes)) for t in terms]
+    )
+
+
+@pytest.fixture
+def eccentric(drive, effect):
+    """Return a function that drives a robot whose wheel b.left is out of round by an amplitude [m] each."""
+
+    def driven(*amplitudes):
+        """Of a negative amplitude, the wheel is out of round to the other side."""
+        hidden = [
+            effect(
+                "wheel_eccentricity", "b.left", amplitude=abs(size), phase=0.5 if size > 0.0 else 0.5 - np.pi
+            )
+            for size in amplitudes
+        ]
+        return [drive(each, seed=20 + number, laps=1) for number, each in enumerate(hidden)]
+
+    return driven
+
+
+def relevant_of(fit, *findings):
+    residuals = held_out(nominal_of(fit), fit)
+    return relevant(findings, fit, nominal_of(fit), residuals, _fit(fit, residuals))
+
+
+def test_an_effect_of_the_same_size_in_all_recordings_is_relevant(eccentric):
+    fit = fit_of(eccentric(4e-4, 4e-4, 4e-4), term("wheel_eccentricity", "b.left"))
+    found = finding("wheel_eccentricity")
+    assert relevant_of(fit, found) == ((found,), ())
+
+
+def test_an_effect_that_one_recording_has_and_others_contradict_is_a_trace(eccentric):
+    """Its size in the others says the opposite of what a recording shows, whichever is left out."""
+    fit = fit_of(eccentric(4e-4, -4e-4, 1e-4, -2e-4), term("wheel_eccentricity", "b.left"))
+    found = finding("wheel_eccentricity")
+    assert relevant_of(fit, found) == ((), (found,))
+
+
+def test_an_effect_that_is_not_there_is_a_trace_next_to_one_that_is(eccentric):
+    fit = fit_of(
+        eccentric(6e-4, 6e-4, 6e-4), term("wheel_eccentricity", "b.left"), term("joint_bias", "joint_a")
+    )
+    there, absent = finding("wheel_eccentricity"), finding("joint_bias", "joint_a")
+    assert relevant_of(fit, there, absent) == ((there,), (absent,))
+
+
+def test_what_no_effect_of_the_fit_describes_is_judged_by_its_size_alone(eccentric):
+    fit = fit_of(eccentric(6e-4, 6e-4), term("wheel_eccentricity", "b.left"))
+    lawless = finding("unknown", "a")
+    small = replace(lawless, explained=0.01)
+    assert relevant_of(fit, lawless, small) == ((lawless,), (small,))
