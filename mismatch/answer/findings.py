@@ -161,7 +161,9 @@ def _finding(
     part_of = regression.white[:, fit.chosen.places[number]] @ fit.chosen.values[number]
     error = changing_error(fit, number)
     if error is not None:
-        return _changing(effect, error, rivals.probability, explained, channels_of(regression, part_of))
+        nameless = dict(rivals.rivals).get((UNKNOWN, effect.component), 0.0)
+        probability = rivals.probability + nameless
+        return _changing(effect, error, probability, explained, channels_of(regression, part_of))
     signals = [single.signals for single in regression.windows]
     intervals = crossings(effect, signals)
     others = _alternatives(rivals, fit.chosen.terms[number].key, surest)
