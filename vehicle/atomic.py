@@ -3,25 +3,47 @@
 from __future__ import annotations
 
 import os
-import tempfile
-from pathlib import Path
+import uuid
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 def write_text(path: Path, text: str) -> None:
-    """Replace the content of `path` atomically: after a crash it is either the old or the new one."""
+    """Replace the content of a file atomically: after a crash it is either the old or the new one.
+
+    A link keeps pointing to the file, which keeps its permissions. What is no file, such as a pipe or a
+    device, is written as it is.
+
+    Raises:
+        OSError: It cannot be written; `filename` is `path`.
+    """
     write_bytes(path, text.encode("utf-8"))
 
 
 def write_bytes(path: Path, content: bytes) -> None:
     """Replace the content of `path` atomically, as `write_text`."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    temporary = Path(name)
     try:
-        with os.fdopen(handle, "wb") as file:
+        _replace(path.resolve(), content)
+    except OSError as error:
+        if error.errno is not None:  # the file that was asked for, and not the temporary one
+            error.filename = str(path)
+        raise
+
+
+def _replace(path: Path, content: bytes) -> None:
+    if path.exists() and not path.is_file():
+        path.write_bytes(content)
+        return
+    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}")
+    try:
+        with temporary.open("xb") as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-        temporary.chmod(0o644)
+        if path.exists():
+            temporary.chmod(path.stat().st_mode & 0o777)
         temporary.replace(path)
         _sync(path.parent)
     except BaseException:
