@@ -10,6 +10,7 @@ import typer
 from omnimate.cli.console import note, out, progress_bar, report_problem, say, warn
 from omnimate.cli.descriptions import vehicle_of
 from omnimate.cli.loading import log_of, read_drive, report_problems
+from omnimate.cli.options import check_out_file
 
 if TYPE_CHECKING:
     from omnimate.files.exporters.drive import Drive
@@ -54,7 +55,9 @@ def export(
 
 def dbc(
     vehicle: Annotated[Path, typer.Argument(help="vehicle.toml of the robot.")],
-    out_file: Annotated[Path, typer.Argument(metavar="OUT.dbc", help="DBC file to write.")],
+    out_file: Annotated[
+        Path, typer.Argument(metavar="OUT.dbc", callback=check_out_file, help="DBC file to write.")
+    ],
 ) -> None:
     """Write a DBC file with which other tools decode the same values."""
     from omnimate.files.logs.dbc import dbc_of_vehicle

@@ -60,8 +60,9 @@ def csv(
 ) -> None:
     """Take a CSV file by a mapping of its columns."""
     from omnimate.files.importers.csv_file.importer import read_csv
-    from omnimate.files.recordings.folder import save_recording
+    from omnimate.files.recordings.folder import check_free, save_recording
 
+    check_free(to)
     with err.status("reading"):
         recording = read_csv(source, mapping, vehicle_of(vehicle))
         save_recording(recording, to)
@@ -84,13 +85,14 @@ def rosbag(
 ) -> None:
     """Take wheel positions or ticks, joints and poses from a ROS 1 or ROS 2 bag or an MCAP file."""
     from omnimate.files.importers.rosbag.importer import read_bag
-    from omnimate.files.recordings.folder import save_recording
+    from omnimate.files.recordings.folder import check_free, save_recording
 
     if show:
         _show_topics(source, vehicle_of(vehicle))
         return
     if to is None:
         raise CallError("import rosbag needs the recording folder to write; --list shows what is in the bag")
+    check_free(to)
     plan, robot = _plan(source, mapping, channel or [], pose or [], vehicle_of(vehicle))
     with progress_bar("reading") as progress:
         imported = read_bag(source, plan, robot, progress)

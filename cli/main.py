@@ -39,6 +39,9 @@ def run(app: Typer) -> None:
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output went away, as `head` does
         sys.exit(1)
+    except OSError as error:
+        print_error(f"{error.filename or 'output'}: {error.strerror or error}")
+        sys.exit(1)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,21 @@ from typing import Annotated, Literal
 
 import typer
 
+from omnimate.cli.errors import CallError
+
+
+def check_out_file(path: Path | None) -> Path | None:
+    """Return a file that a verb writes at its end; what takes minutes must have somewhere to go.
+
+    Raises:
+        CallError: It is a folder, or its folder is not there.
+    """
+    if path is not None and (path.is_dir() or not path.parent.is_dir()):
+        problem = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"
+        raise CallError(f"{path}: cannot be written: {problem}; choose another file")
+    return path
+
+
 Protocol = Literal["umbmark", "straight", "rectangle", "free", "eight"]
 MethodChoice = Literal["exact", "weighted", "heading", "printed"]
 ExportFormat = Literal["ros2", "vda5050", "json"]
@@ -62,10 +77,15 @@ Bumps = Annotated[
 Effects = Annotated[
     Path | None, typer.Option(help="Effects file: physics that the nominal robot leaves out.")
 ]
-Seed = Annotated[int, typer.Option(help="Seed of the floor, the sonar and the counters.", min=0)]
+Seed = Annotated[
+    int, typer.Option(help="Seed of the floor, the sonar and the counters.", min=0, max=2**32 - 1)
+]
 
 # A calibration.
-OutFile = Annotated[Path | None, typer.Option("--out", help="Write the calibrated vehicle.toml here.")]
+OutFile = Annotated[
+    Path | None,
+    typer.Option("--out", callback=check_out_file, help="Write the calibrated vehicle.toml here."),
+]
 Profile = Annotated[
     tuple[Path, str] | None, typer.Option(help="FILE NAME: keep the result there under this name.")
 ]

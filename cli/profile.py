@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from omnimate.cli.options import check_out_file
 from omnimate.cli.robots import write_vehicle
 
 app = typer.Typer(
@@ -34,7 +35,10 @@ def apply_profile(
     file: Annotated[Path, typer.Argument(help="File that --profile wrote.")],
     name: Annotated[str, typer.Argument(help="Name of the profile.")],
     vehicle: Annotated[Path, typer.Option(help="vehicle.toml of the robot.")],
-    out_file: Annotated[Path, typer.Option("--out", help="Write the vehicle.toml with this profile here.")],
+    out_file: Annotated[
+        Path,
+        typer.Option("--out", callback=check_out_file, help="Write the vehicle.toml with this profile here."),
+    ],
 ) -> None:
     """Write a vehicle.toml whose trucks have the parameters of a profile; every verb then takes it."""
     from omnimate.calib.profiles import with_profile

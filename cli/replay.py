@@ -14,7 +14,7 @@ import typer
 from omnimate.cli.console import err, out, say
 from omnimate.cli.descriptions import vehicle_of
 from omnimate.cli.loading import log_of, read_drive, report_problems
-from omnimate.cli.options import LogSource
+from omnimate.cli.options import LogSource, check_out_file
 from omnimate.cli.robots import nominal_vehicle
 from omnimate.cli.tables import new_table, show
 
@@ -42,8 +42,12 @@ def replay(
         float,
         typer.Option(help="Print all frames and commands up to so long from the fault [s].", min=0.0),
     ] = 0.1,
-    csv: Annotated[Path | None, typer.Option(help="Write the trajectories of all trucks here.")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Draw the floor plan: .png, .svg or .pdf.")] = None,
+    csv: Annotated[
+        Path | None, typer.Option(callback=check_out_file, help="Write the trajectories of all trucks here.")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(callback=check_out_file, help="Draw the floor plan: .png, .svg or .pdf.")
+    ] = None,
 ) -> None:
     """Summarise a recording or a log and its odometry, or send its frames onto a bus again.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
@@ -20,7 +21,14 @@ class Kind(NamedTuple):
     expected: str
 
 
-NUMBER = Kind(float, "a number")
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(text)
+    return value
+
+
+NUMBER = Kind(_finite, "a number")
 INTEGER = Kind(lambda text: int(text, 0), "an integer")
 TEXT = Kind(str, "a text")
 BYTES = Kind(lambda text: bytes.fromhex(text)[:8].hex(), "hexadecimal digits")

@@ -9,7 +9,7 @@ import typer
 
 from omnimate.cli.console import out
 from omnimate.cli.descriptions import vehicle_of
-from omnimate.cli.options import ExportFormat, MethodChoice, OneTruck, OutFile, Profile
+from omnimate.cli.options import ExportFormat, MethodChoice, OneTruck, OutFile, Profile, check_out_file
 from omnimate.cli.robots import write_profile, write_vehicle
 
 
@@ -26,7 +26,10 @@ def umbmark(
     ] = None,
     out_file: OutFile = None,
     plot: Annotated[
-        Path | None, typer.Option(help="Draw the return errors before and after: .png, .svg or .pdf.")
+        Path | None,
+        typer.Option(
+            callback=check_out_file, help="Draw the return errors before and after: .png, .svg or .pdf."
+        ),
     ] = None,
     method: Annotated[
         MethodChoice, typer.Option(help="Method whose result --out, --plot and --profile take.")

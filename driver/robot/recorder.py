@@ -12,7 +12,7 @@ import numpy as np
 
 from omnimate.files.logs.formats.candump_writer import CandumpWriter
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, Frame
-from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE
+from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE, check_free
 from omnimate.files.recordings.poses_csv import write_poses
 from omnimate.files.recordings.run_toml import write_run
 from omnimate.vehicle.errors import RecordingError
@@ -72,9 +72,7 @@ class Recorder:
         self._poses: list[tuple[float, TruckName, Sequence[float], Sequence[float]]] = []
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            taken = [name for name in (LOG, f"{LOG}.gz") if (self.folder / name).exists()]
-            if taken:
-                raise RecordingError(self.folder, f"it holds a recording ({taken[0]}); choose another folder")
+            check_free(self.folder)
             save_vehicle(vehicle, self.folder / VEHICLE)
             self._log = CandumpWriter(self.folder / LOG)
         except OSError as error:

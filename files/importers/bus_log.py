@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from omnimate.files.importers.errors import SourceError
 from omnimate.files.logs.frames import FD
 from omnimate.files.logs.writing import open_writer, written_whole
-from omnimate.files.recordings.folder import LOG, VEHICLE
+from omnimate.files.recordings.folder import LOG, VEHICLE, check_free
 from omnimate.vehicle.file import save_vehicle
 
 if TYPE_CHECKING:
@@ -43,12 +43,11 @@ def import_log(
         progress: Called with the bytes that were read and their total, for progress.
 
     Raises:
-        SourceError: The folder holds a recording.
+        RecordingError: The folder holds a recording.
+        SourceError: The folder cannot be written.
         LogError: The log cannot be read, or `can.log` cannot be written.
     """
-    for name in (LOG, f"{LOG}.gz"):
-        if (folder / name).exists():
-            raise SourceError(folder, f"it holds a recording ({name}); choose another folder")
+    check_free(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         save_vehicle(vehicle, folder / VEHICLE)

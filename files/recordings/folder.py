@@ -82,6 +82,13 @@ def log_path(folder: Path) -> Path:
     raise RecordingError(folder, f"neither {LOG} nor {LOG}.gz in it")
 
 
+def check_free(folder: Path) -> None:
+    """Raise a `RecordingError` for a folder that holds a recording already."""
+    for name in (LOG, f"{LOG}.gz"):
+        if (folder / name).exists():
+            raise RecordingError(folder, f"it holds a recording ({name}); choose another folder")
+
+
 def save_recording(recording: Recording, folder: Path | str, *, compress: bool = False) -> None:
     """Write a recording as a folder, replacing one that is there.
 

@@ -17,6 +17,7 @@ from omnimate.fleet.hall.places import draw_places, place_records
 from omnimate.fleet.hall.robots import TYPES, HallRobot, draw_robot
 from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vehicle.atomic import write_text
+from omnimate.vehicle.errors import RecordingError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -156,8 +157,10 @@ def write_store(
         progress: Called with (recordings written, number of recordings).
 
     Raises:
-        RecordingError: A recording cannot be written.
+        RecordingError: The store holds a hall, or a recording cannot be written.
     """
+    if (store / TRUTH_FILE).exists():
+        raise RecordingError(store, f"it holds a simulated hall ({TRUTH_FILE}); choose another folder")
     store.mkdir(parents=True, exist_ok=True)
     write_text(store / TRUTH_FILE, truth_text(hall))
     total, done = len(days) * len(hall.robots) * laps, 0

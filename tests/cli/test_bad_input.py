@@ -1,6 +1,7 @@
 """What a user gets wrong is said in one sentence, exits with 1, and leaves nothing half-written."""
 
 import shutil
+from pathlib import Path
 
 import pytest
 
@@ -60,10 +61,25 @@ def test_a_silent_bus_names_the_node_that_is_missing(omnimate, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_folder_that_holds_a_recording_is_not_overwritten(omnimate, drive):
+@pytest.mark.parametrize(
+    "call",
+    [
+        "record {drive} --bus virtual://any",
+        "simulate {drive} --side 1 --runs 1",
+        "import csv none.csv {drive} --mapping none.toml",
+    ],
+)
+def test_a_folder_that_holds_a_recording_is_not_overwritten(omnimate, drive, call):
     before = load_recording(drive).counts
-    assert "holds a recording" in said(omnimate("record", drive, "--bus", "virtual://any"))
+    assert "holds a recording" in said(omnimate(*call.format(drive=drive).split()))
     assert (load_recording(drive).counts == before).all()
+
+
+@pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="no device here is always full")
+def test_a_disk_that_is_full_is_said_without_a_traceback(omnimate, drive):
+    sentence = said(omnimate("replay", drive, "--csv", "/dev/full"))
+    assert sentence == "/dev/full: No space left on device\n"
+    assert Path("/dev/full").is_char_device()
 
 
 @pytest.mark.parametrize("address", ["29536", "127.0.0.1:99999", ":1"])

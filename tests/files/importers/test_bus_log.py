@@ -3,12 +3,12 @@
 import pytest
 
 from omnimate.files.importers.bus_log import import_log
-from omnimate.files.importers.errors import SourceError
 from omnimate.files.logs.frames import FD, Frame
 from omnimate.files.logs.recording_to_frames import frames_of_recording
 from omnimate.files.logs.streaming import LogStream
 from omnimate.files.logs.writing import open_writer
 from omnimate.files.recordings.folder import load_recording
+from omnimate.vehicle.errors import RecordingError
 
 
 @pytest.fixture
@@ -28,5 +28,5 @@ def test_the_recording_has_the_counts_of_the_drive_and_is_not_written_over(captu
     again = load_recording(tmp_path / "new")
     assert again.counts.tolist() == drive.counts.tolist()
     assert again.vehicle == drive.vehicle
-    with pytest.raises(SourceError, match=r"it holds a recording \(can.log\)"):
+    with pytest.raises(RecordingError, match=r"it holds a recording \(can.log\)"):
         import_log(LogStream(capture), drive.vehicle, tmp_path / "new", lambda _done, _total: None)

@@ -9,6 +9,7 @@ from omnimate.fleet.hall.faults import Fault
 from omnimate.fleet.hall.hall import draw_hall, hall_lap, write_store
 from omnimate.fleet.hall.robots import draw_robot
 from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import between, compose, wrap
 
@@ -86,6 +87,8 @@ def test_a_store_holds_the_recordings_by_robot_and_day_and_the_truth(tmp_path):
         "robot=mule-0001/day=2026-03-02/060000",
         "robot=mule-0001/day=2026-03-03/060000",
     ]
+    with pytest.raises(RecordingError, match="it holds a simulated hall"):
+        write_store(hall, tmp_path, range(2), 1, 0.5)
     stored, driven = load_recording(folders[0]), hall_lap(hall, hall.robots[1], 0, 0, 0.5)
     assert np.array_equal(np.diff(stored.counts, axis=0), np.diff(driven.counts, axis=0))
     truth = tomllib.loads((tmp_path / "hall.toml").read_text())
