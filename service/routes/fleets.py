@@ -76,7 +76,7 @@ def upload_day(fleet: FleetName, call: Operating, content: Zip) -> Response:
         with call.components.database.reading() as db:
             find_row(db, FleetRow, fleet)
         files = call.components.stores.recordings_of(fleet)
-        return store_day(files, content, call.components.settings.unpacked)
+        return store_day(files, content, call.components.settings.unpacked, time.time())
 
     return call.compute_and_change(content, store, lambda _db, stored: Answer(stored, 201))
 

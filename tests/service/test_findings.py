@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omnimate.fleet.report import FloorSummary
 from omnimate.service.fleets.findings import note_findings
 from omnimate.service.fleets.webhooks import (
     LEASE,
@@ -96,9 +97,25 @@ def test_a_finding_is_opened_once_prolonged_and_closed(fleet):
     assert message_types(fleet) == closed + [("finding.closed", "closed", "2026-04-02")] * 3 + opened
 
 
+def test_a_report_closes_only_findings_of_robots_and_floors_that_it_judges(fleet):
+    """A robot that does not drive, or a floor without recordings, was not repaired."""
+    note(fleet, daily_report("2026-03-30"))
+    of_another = daily_report("2026-03-31", names=["tug-0001"], places=())
+    note(fleet, replace(of_another, floors=(FloorSummary("annex", 3, 6e-4),)))
+    assert [finding[3] for finding in findings(fleet)] == ["open"] * 3
+    note(fleet, daily_report("2026-04-01", places=()))
+    assert [finding[:4:3] for finding in findings(fleet)] == [
+        ("place", "closed"),
+        ("place", "closed"),
+        ("robot", "open"),
+    ]
+
+
 def test_places_at_the_same_point_of_two_floors_are_two_findings(fleet):
-    note(fleet, replace(daily_report("2026-03-30"), faulty=(), places=(place("loss", 16.0, 12.0, "north"),)))
-    note(fleet, replace(daily_report("2026-03-31"), faulty=(), places=(place("loss", 16.0, 12.0, "south"),)))
+    floors = FloorSummary("north", 280, 6e-4), FloorSummary("south", 20, 8e-4)
+    for day, floor in (("2026-03-30", "north"), ("2026-03-31", "south")):
+        places = (place("loss", 16.0, 12.0, floor),)
+        note(fleet, replace(daily_report(day), faulty=(), places=places, floors=floors))
     assert sorted(finding[3] for finding in findings(fleet)) == ["closed", "open"]
     assert any(says.startswith("floor south, at x 16.00 m") for says in messages(fleet))
 

@@ -1,15 +1,19 @@
 """Fleets over REST: uploads, batches, daily reports, robots, floors, histories, reports."""
 
 import gzip
+from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
 from sqlalchemy.orm import Session
 
+from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.hall.hall import draw_hall, write_store
 from omnimate.fleet.report_store import write_report
+from omnimate.service.errors import InvalidValueError
 from omnimate.service.fleets.batches import add_batch
 from omnimate.service.fleets.models import BatchStart
+from omnimate.service.fleets.upload import store_day
 from omnimate.service.jobs.queue import claim_job
 from omnimate.service.store.tables import BatchRow, FleetRow, JobRow
 from tests.service.hall_results import (
@@ -134,6 +138,7 @@ def test_the_more_urgent_batch_is_claimed_first_and_no_diagnosis_with_them(datab
         ({"robot=a/day=2026-03-02/../vehicle.toml": b""}, "YYYY-MM-DD"),
         ({"../robot=a/day=2026-03-02/x/can.log": b""}, "YYYY-MM-DD"),
         ({"vehicle.toml": b"", "can.log": b""}, "YYYY-MM-DD"),
+        ({"robot=a/day=2062-01-01/x/vehicle.toml": b""}, "this day has not come yet; expected one up to 20"),
         ({}, "no recording in it"),
     ],
 )
@@ -153,6 +158,21 @@ def test_a_day_with_a_log_that_unpacks_too_far_is_refused_whole(client, hall):
     )
     assert (answer.status_code, answer.json()["title"]) == (413, "Too large")
     assert client.components.stores.recordings_of("hall-3").glob("robot=*") == []
+
+
+@pytest.mark.parametrize(("ahead", "status"), [(0, 201), (1, 201), (2, 422), (30_000, 422)])
+def test_recordings_are_of_days_up_to_tomorrow(ahead, status, tmp_path):
+    """Somewhere it is tomorrow already; a later date is wrong, and would end the fleet's alerting."""
+    now = datetime(2026, 5, 31, 23, 59, tzinfo=UTC)
+    where = f"robot=a/day={(now + timedelta(days=ahead)).date()}/x"
+    content = zipped({f"{where}/vehicle.toml": b"", f"{where}/can.log": b""})
+    files = open_files(str(tmp_path))
+    if status == 201:
+        assert store_day(files, content, 1000, now.timestamp()).recordings == 1
+        return
+    with pytest.raises(InvalidValueError, match="not come yet; expected one up to 2026-06-01") as caught:
+        store_day(files, content, 1000, now.timestamp())
+    assert (caught.value.status, files.glob("*")) == (422, [])
 
 
 def test_a_fleet_counts_its_robots_by_state(client, hall):
