@@ -12,7 +12,7 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
 from omnimate.files.recordings.folder import load_recording
 from omnimate.fleet.batch.files import open_files
-from omnimate.fleet.batch.store import folder_of, make_key
+from omnimate.fleet.batch.store import KEY_LENGTH, folder_of, make_key
 from omnimate.fleet.batch.tables import TABLES, encode_columns
 from omnimate.fleet.features import (
     MIN_SEGMENTS,
@@ -84,10 +84,17 @@ def _path(table: str, stored: StoredRecording, key: str) -> str:
 
 def _delete_old_results(target: Files, stored: StoredRecording, key: str) -> None:
     """Delete results of the same recording with other keys: of other data, vehicle.toml or software."""
-    for table in RECORDING_TABLES:
-        for path in target.glob(_path(table, stored, "*")):
-            if path != _path(table, stored, key):
-                target.delete(path)
+    new = {_path(table, stored, key) for table in RECORDING_TABLES}
+    for path in result_paths(target, stored):
+        if path not in new:
+            target.delete(path)
+
+
+def result_paths(results: Files, stored: StoredRecording) -> list[str]:
+    """Return the paths of a recording's results, in the reverse order of writing: `recordings` first."""
+    any_key = "?" * KEY_LENGTH  # `*` would also match the rest of a longer name and its key
+    tables = reversed(RECORDING_TABLES)
+    return [path for table in tables for path in results.glob(_path(table, stored, any_key))]
 
 
 def _empty(table: str) -> Columns:
