@@ -49,6 +49,13 @@ def note_findings(db: Session, fleet: str, report: DailyReport) -> None:
         _queue_messages(db, "finding.closed", gone, report.day)
 
 
+def go_back(db: Session, fleet: str, latest: str | None) -> None:
+    """Have findings follow the reports after the latest one that is left; None where none is."""
+    row = find_row(db, FleetRow, fleet, for_change=True)
+    if row.night is not None and (latest is None or latest < row.night):
+        row.night = latest
+
+
 def _queue_messages(db: Session, what: str, finding: FindingRow, day: str) -> None:
     """Queue a message to the fleet's webhooks about a finding that a report opened or closed."""
     db.flush()

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.fleet.report import FloorSummary
-from omnimate.service.fleets.findings import note_findings
+from omnimate.service.fleets.findings import go_back, note_findings
 from omnimate.service.fleets.webhooks import (
     LEASE,
     PAUSES,
@@ -109,6 +109,19 @@ def test_a_report_closes_only_findings_of_robots_and_floors_that_it_judges(fleet
         ("place", "closed"),
         ("robot", "open"),
     ]
+
+
+def test_after_a_wrong_day_was_deleted_reports_of_real_days_are_noted_again(fleet):
+    note(fleet, replace(daily_report("2062-01-01"), faulty=(), places=()))
+    note(fleet, daily_report("2026-03-30"))
+    assert findings(fleet) == []
+    with fleet.writing() as db:
+        go_back(db, "hall", "2026-03-29")
+    note(fleet, daily_report("2026-03-30"))
+    with fleet.writing() as db:
+        go_back(db, "hall", "2026-03-31")  # a report that was not noted yet
+    note(fleet, daily_report("2026-03-30"))
+    assert [finding[3] for finding in findings(fleet)] == ["open"] * 3
 
 
 def test_places_at_the_same_point_of_two_floors_are_two_findings(fleet):

@@ -24,6 +24,7 @@ from tests.service.hall_results import (
     daily_report,
     report_of_two_floors,
     robots,
+    write_recordings,
     write_results,
 )
 from tests.service.zips import zipped
@@ -173,6 +174,43 @@ def test_recordings_are_of_days_up_to_tomorrow(ahead, status, tmp_path):
     with pytest.raises(InvalidValueError, match="not come yet; expected one up to 2026-06-01") as caught:
         store_day(files, content, 1000, now.timestamp())
     assert (caught.value.status, files.glob("*")) == (422, [])
+
+
+def test_a_recording_is_deleted_with_its_results_and_the_report_of_its_day(client, hall):
+    files, results = (
+        of("hall-3") for of in (client.components.stores.recordings_of, client.components.stores.results_of)
+    )
+    where = "robot=wrong/day=2026-04-30/060000"
+    client.post(
+        f"{hall}/recordings",
+        content=zipped({f"{where}/vehicle.toml": b"", f"{where}/can.log": b""}),
+        headers=ZIP,
+    )
+    write_recordings(results, "wrong", ["2026-04-30"])
+    write_report(results, daily_report("2026-04-30"))
+    with client.components.database.writing() as db:
+        db.get(FleetRow, "hall-3").night = "2026-04-30"
+    path = f"{hall}/recordings/wrong/2026-04-30/060000"
+    assert client.delete(path).json() == {"done": f"recording {where} is deleted"}
+    assert client.get(f"{hall}/nights").json()["items"] == [DATES[-1]]
+    assert client.get(f"{hall}/robots/wrong").status_code == 404
+    assert files.glob("robot=*") == []
+    with client.components.database.reading() as db:
+        assert db.get(FleetRow, "hall-3").night == DATES[-1]
+    assert client.delete(path).status_code == 404
+
+
+def test_no_recording_is_deleted_while_a_batch_of_the_fleet_waits_or_runs(client, hall):
+    with client.components.database.writing() as db:
+        batch = add_batch(db, "hall-3", BatchStart())
+        batch.state, batch.lease, batch.owner = "running", 2e10, "another"
+        known = batch.id
+    answer = client.delete(f"{hall}/recordings/tug-0001/{DATES[-1]}/060000")
+    assert (
+        answer.status_code,
+        f"batch {known} of this fleet is running; wait" in answer.json()["detail"],
+    ) == (409, True)
+    assert client.post(f"{hall}/batches/{known}/cancel").status_code == 200
 
 
 def test_a_fleet_counts_its_robots_by_state(client, hall):
