@@ -4,10 +4,13 @@ import base64
 import hashlib
 import hmac
 import json
+import socket
+from contextlib import ExitStack
 from dataclasses import replace
+from functools import cache
 from http.server import BaseHTTPRequestHandler, HTTPServer
-from itertools import pairwise
-from threading import Thread
+from itertools import count, pairwise
+from threading import Event, Thread
 
 import pytest
 from hypothesis import given, settings
@@ -18,10 +21,11 @@ from omnimate.service.fleets.findings import go_back, note_findings
 from omnimate.service.fleets.webhooks import (
     LEASE,
     PAUSES,
+    Deliverer,
     Message,
     add_webhook,
     claim_message,
-    deliver_next,
+    deliver,
     remove_webhook,
     send_message,
     settle,
@@ -29,6 +33,16 @@ from omnimate.service.fleets.webhooks import (
 )
 from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow
 from tests.service.hall_results import DATES, FAULTY, daily_report, place
+
+
+def deliver_next(database, now, send=send_message):
+    """Send the message that has been due longest; return whether there was one."""
+    with database.writing() as db:
+        message = claim_message(db, now())
+    if message is not None:
+        deliver(database, message, now, send)
+    return message is not None
+
 
 BEGIN = 2e9  # [s] later than any message is made
 
@@ -202,7 +216,7 @@ def test_no_message_is_lost_when_services_die_while_they_send(database, dies):
 def test_the_signature_is_that_of_the_standards_example():
     """Standard Webhooks' reference libraries test this message: id, timestamp, payload, secret, signature."""
     message = Message(
-        "msg_p5jXN8AQM9LWM0D4loKWxJek", 1, "http://x", "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw",
+        "msg_p5jXN8AQM9LWM0D4loKWxJek", "", 1, "http://x", "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw",
         '{"test": 2432232314}',
     )  # fmt: skip
     headers = signed_headers(message, 1614265330)
@@ -257,6 +271,52 @@ def test_a_receiver_that_is_not_there_is_tried_again(fleet):
         row = db.query(DeliveryRow).one()
         assert (row.state, row.attempts) == ("waiting", 1)
         assert "no answer" in row.answer
+
+
+def test_a_receiver_that_answers_byte_by_byte_is_left_when_the_time_of_an_attempt_is_over():
+    looks = count()
+    with socket.create_server(("127.0.0.1", 0)) as listener, ExitStack() as opened:
+
+        @cache
+        def receiver():
+            return opened.enter_context(listener.accept()[0])
+
+        def clock():
+            """At each look at the clock five seconds have passed, and one byte of the answer has come."""
+            look = next(looks)
+            if look:
+                receiver().sendall(b"HTTP/1.1 200 OK"[look - 1 : look])
+            return 5.0 * look
+
+        message = Message("msg_1", "", 1, f"http://127.0.0.1:{listener.getsockname()[1]}/", "whsec_", "{}")
+        assert send_message(message, 0.0, clock) == (None, "no answer: not within 15 s")
+    assert next(looks) == 4
+
+
+def test_a_slow_receiver_delays_no_other_one_and_gets_one_message_at_a_time(fleet, until):
+    with fleet.writing() as db:
+        slow = add_webhook(db, "hall", "http://127.0.0.1:9/slow").id
+    note(fleet, daily_report())
+    answered, sent = Event(), []
+
+    def send(message, _now):
+        sent.append(message.webhook)
+        if message.webhook == slow:
+            answered.wait()
+        return 200, "200 OK"
+
+    def waiting():
+        with fleet.reading() as db:
+            return [row.webhook for row in db.query(DeliveryRow).filter_by(state="waiting")]
+
+    deliverer = Deliverer(fleet, send)
+    deliverer.start()
+    until(lambda: waiting() == [slow] * 3)
+    assert sent.count(slow) == 1
+    answered.set()
+    until(lambda: waiting() == [])
+    deliverer.close()
+    assert sent.count(slow) == 3
 
 
 def test_webhooks_are_made_listed_and_removed_and_show_their_secret_once(client):
