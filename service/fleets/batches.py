@@ -125,7 +125,7 @@ def run_fleet_batch(
     batch = run_batch(store, results, day=day, diagnosed=diagnosed, workers=workers, progress=worked)
     failures = [
         {"robot": stored.robot, "day": stored.day, "recording": stored.name, "problem": why}
-        for stored, why in batch.failed[:SHOWN_FAILURES]
+        for stored, why in sorted(batch.failed + batch.unreadable)[:SHOWN_FAILURES]
     ]
     outcome = {"done": batch.done, "known": batch.known, "failures": failures, "night": None, "note": None}
     try:

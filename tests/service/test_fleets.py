@@ -103,6 +103,20 @@ def test_a_day_without_recordings_fails_with_its_reason(client, until):
     assert client.get(f"{location}/nights/latest").status_code == 404
 
 
+def test_a_batch_names_the_recordings_that_it_cannot_read_each_time(client, until):
+    location = client.post(PATH, json={"name": "garbage"}).headers["Location"]
+    where = "robot=r/day=2026-01-01/x"
+    content = zipped({f"{where}/vehicle.toml": b"garbage [", f"{where}/can.log": b"garbage"})
+    assert client.post(f"{location}/recordings", content=content, headers=ZIP).status_code == 201
+    for counts in ((1, 0), (0, 1)):
+        path = client.post(f"{location}/batches", json={}).headers["Location"]
+        batch = ended(client, path, until)
+        assert (batch["state"], (batch["done"], batch["known"])) == ("done", counts)
+        (failure,) = batch["failures"]
+        assert failure.pop("problem").startswith("x/vehicle.toml: ")
+        assert failure == {"robot": "r", "day": "2026-01-01", "recording": "x"}
+
+
 def test_a_batch_is_started_once_however_often_it_is_asked_for(client, hall):
     headers = {"Idempotency-Key": "night 1"}
     answers = [client.post(f"{hall}/batches", json={"day": "2031-01-01"}, headers=headers) for _ in range(2)]

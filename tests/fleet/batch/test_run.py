@@ -92,6 +92,9 @@ def test_a_broken_recording_says_why_and_the_others_have_their_results(store, tm
     assert len(errors) == 1
     assert "vehicle.toml" in errors[0]
     assert str(tmp_path) not in errors[0]
+    assert [why for _, why in outcome.unreadable] == errors
+    again = run_batch(str(mine), str(results), day="2026-03-02")
+    assert (again.known, again.unreadable) == (3, outcome.unreadable)
 
 
 @pytest.mark.slow
