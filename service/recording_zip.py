@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 MAX_FILES = 64  # in the zip of one recording
 MAX_LOG_LINES = 5_000_000  # of a log; reading one takes 210 bytes of memory
+MAX_NAME_SIZE = 200  # [bytes] of a file or folder in it; file systems take 255
 MAX_FILE_SIZE = 300_000_000  # [bytes]; a log of as many lines, each of 60 bytes, is not larger
 BLOCK = 1 << 16  # [bytes] that are unpacked at a time; as many as shutil copies at a time (COPY_BUFSIZE)
 _LOGS = (LOG, f"{LOG}.gz")
@@ -129,6 +130,11 @@ def unpack(content: bytes, folder: Path, limit: int) -> Path:
     """
     with opened_zip(content, MAX_FILES, limit, "a recording folder") as archive:
         paths = {name: _checked_path(archive, name) for name in archive.names}
+        for path in paths.values():
+            if path.parent in paths.values():
+                raise InvalidValueError(
+                    "zip", f"'{path.parent}' is a file and a folder; expected one of them"
+                )
         inner = folder / _folder_of_recording(list(paths.values()))
         for name, path in paths.items():
             archive.extract(name, folder / path)
@@ -143,6 +149,8 @@ def _checked_path(archive: UploadedZip, name: str) -> PurePosixPath:
         raise InvalidValueError(
             "zip", f"{name!r} leads out of the recording folder; expected a plain name such as can.log"
         )
+    if any(len(part.encode()) > MAX_NAME_SIZE for part in path.parts):
+        raise InvalidValueError("zip", f"{name[:60]!r}...: expected names of {MAX_NAME_SIZE} bytes at most")
     return path
 
 

@@ -13,8 +13,9 @@ from omnimate.service.umbmark.models import FiniteOrNull, RequestModel, RowModel
 # are mismatches that triage repeats, `way` is the distance driven.
 # Names are folders of a store, and parts of URLs: nothing in them is special to either.
 PLAIN_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
+MAX_NAME_LENGTH = 64
 DAY_PATTERN = r"^[0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])$"
-PlainName = Annotated[str, StringConstraints(min_length=1, max_length=64, pattern=PLAIN_PATTERN)]
+PlainName = Annotated[str, StringConstraints(min_length=1, max_length=MAX_NAME_LENGTH, pattern=PLAIN_PATTERN)]
 Day = Annotated[str, Field(pattern=DAY_PATTERN, description="A date, YYYY-MM-DD.")]
 State = Literal["fine", "drift", "sick", "unjudged"]
 Numbers = Annotated[list[float], BeforeValidator(list)]  # of an array, too

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE
 from omnimate.service.errors import InvalidValueError
-from omnimate.service.fleets.models import PLAIN_PATTERN, Upload
+from omnimate.service.fleets.models import MAX_NAME_LENGTH, PLAIN_PATTERN, Upload
 from omnimate.service.recording_zip import opened_zip
 
 if TYPE_CHECKING:
     from omnimate.fleet.batch.files import Files
 
 MAX_FILES = 20_000  # in a zip: five of each recording, of 1000 robots and four laps
-_PLAIN = PLAIN_PATTERN.strip("^$")
+_PLAIN = rf"(?=[^/]{{1,{MAX_NAME_LENGTH}}}/){PLAIN_PATTERN.strip('^$')}"
 _FILES = "|".join(re.escape(name) for name in (VEHICLE, LOG, f"{LOG}.gz", POSES, RUN))
 _MEMBER = re.compile(rf"robot=({_PLAIN})/day=([0-9-]{{10}})/({_PLAIN})/({_FILES})")
 
@@ -58,7 +58,8 @@ def _checked(names: list[str], last: str) -> Upload:
             raise InvalidValueError(
                 "zip",
                 f"{name[:200]!r}; expected robot=NAME/day=YYYY-MM-DD/RECORDING/ with vehicle.toml, can.log "
-                "or can.log.gz, poses.csv, run.toml; names of letters, digits, '.', '_', '-'",
+                "or can.log.gz, poses.csv, run.toml; names of "
+                f"{MAX_NAME_LENGTH} letters, digits, '.', '_', '-' at most",
             )
         robot, day, recording, file = match.groups()
         if day > last:

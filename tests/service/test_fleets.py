@@ -154,6 +154,9 @@ def test_the_more_urgent_batch_is_claimed_first_and_no_diagnosis_with_them(datab
         ({"../robot=a/day=2026-03-02/x/can.log": b""}, "YYYY-MM-DD"),
         ({"vehicle.toml": b"", "can.log": b""}, "YYYY-MM-DD"),
         ({"robot=a/day=2062-01-01/x/vehicle.toml": b""}, "this day has not come yet; expected one up to 20"),
+        ({f"robot={'r' * 65}/day=2026-03-02/x/vehicle.toml": b""}, "names of 64 letters"),
+        ({f"robot={'r' * 300}/day=2026-03-02/x/vehicle.toml": b""}, "names of 64 letters"),
+        ({f"robot=a/day=2026-03-02/{'x' * 65}/vehicle.toml": b""}, "names of 64 letters"),
         ({}, "no recording in it"),
     ],
 )
@@ -162,6 +165,14 @@ def test_a_zip_of_something_else_is_refused_and_nothing_of_it_is_kept(client, ha
     assert answer.status_code == 422
     assert words in answer.json()["detail"]
     assert client.components.stores.recordings_of("hall-3").glob("robot=*") == []
+
+
+def test_names_of_64_characters_are_stored(tmp_path):
+    where = f"robot={'r' * 64}/day=2026-03-02/{'x' * 64}"
+    content = zipped({f"{where}/vehicle.toml": b"", f"{where}/can.log": b""})
+    files = open_files(str(tmp_path))
+    assert store_day(files, content, 1000, 1.8e9).robots == ["r" * 64]
+    assert len(files.glob(f"{where}/*")) == 2
 
 
 def test_a_day_with_a_log_that_unpacks_too_far_is_refused_whole(client, hall):

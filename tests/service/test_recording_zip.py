@@ -155,6 +155,17 @@ def test_a_link_in_a_zip_leads_nowhere(tmp_path):
         unpack(zipped([(link, "/etc/passwd")]), tmp_path, LIMIT)
 
 
+@pytest.mark.parametrize("name", ["n" * 300, "n" * 300 + "/can.log", "drive/" + "\u00e9" * 101])
+def test_a_name_that_no_file_can_have_is_refused(name, tmp_path):
+    with pytest.raises(InvalidValueError, match="expected names of 200 bytes at most"):
+        unpack(zipped([("vehicle.toml", b"x"), (name, b"x")]), tmp_path, LIMIT)
+
+
+def test_a_name_that_is_a_file_and_a_folder_is_refused(tmp_path):
+    with pytest.raises(InvalidValueError, match=r"'can\.log' is a file and a folder"):
+        unpack(zipped([("vehicle.toml", b"x"), ("can.log", b"x"), ("can.log/x", b"x")]), tmp_path, LIMIT)
+
+
 @given(names=st.lists(st.text("abc./\\:", min_size=1, max_size=12), max_size=4, unique=True))
 def test_no_name_in_a_zip_writes_outside_of_its_folder(names, tmp_path_factory):
     place = tmp_path_factory.mktemp("names")
