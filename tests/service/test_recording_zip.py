@@ -46,6 +46,33 @@ def test_a_recording_may_lie_in_a_folder_of_its_zip(recording, tmp_path):
     assert unpack(zipped(members), tmp_path, LIMIT) == tmp_path / "drive"
 
 
+def test_what_macos_adds_to_a_zip_is_left_out(recording, tmp_path):
+    members = [(f"drive/{path.name}", path.read_bytes()) for path in recording.iterdir()]
+    added = [(f"__MACOSX/drive/._{path.name}", b"x") for path in recording.iterdir()]
+    folder = unpack(
+        zipped([*members, *added, ("drive/.DS_Store", b"x"), (".DS_Store", b"x")]), tmp_path, LIMIT
+    )
+    assert {path.name for path in folder.iterdir()} == {path.name for path in recording.iterdir()}
+    assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_an_encrypted_zip_is_refused_with_what_to_do(tmp_path):
+    content = bytearray(zipped([("can.log", b"x")]))
+    for begin, flags in ((b"PK\1\2", 8), (b"PK\3\4", 6)):  # of the directory, and of the file itself
+        content[content.index(begin) + flags] |= 1
+    says = r"^the zip cannot be read: 'can\.log' is encrypted; zip it without a password$"
+    with pytest.raises(MediaTypeError, match=says):
+        unpack(bytes(content), tmp_path, LIMIT)
+
+
+@pytest.mark.parametrize("file", ["vehicle.toml", "poses.csv", "run.toml"])
+def test_a_file_in_another_encoding_is_named_with_what_to_do(recording, file, tmp_path):
+    for path in recording.iterdir():
+        (tmp_path / path.name).write_bytes(b"# Gr\xf6\xdfe" if path.name == file else path.read_bytes())
+    with pytest.raises(InvalidValueError, match=rf"{file}.*: byte 5 is not UTF-8; save the file as UTF-8$"):
+        read_in_process(tmp_path.parent, tmp_path, "drive", summarize)
+
+
 def test_the_row_of_an_upload_says_what_is_in_it(database, recording, tmp_path):
     content = pack(recording)
     store = RecordingStore(database, str(tmp_path), LIMIT)
@@ -144,7 +171,7 @@ def empty_name():
     ids=["data", "name that is no text", "empty name", "offset before the first byte"],
 )
 def test_a_damaged_zip_is_refused(content, tmp_path):
-    with pytest.raises(MediaTypeError, match="the zip cannot be read"):
+    with pytest.raises(MediaTypeError, match=r"the zip cannot be read: (?!.*codec)"):
         unpack(content, tmp_path, LIMIT)
 
 
