@@ -327,7 +327,28 @@ def test_webhooks_are_made_listed_and_removed_and_show_their_secret_once(client)
     location = made.headers["Location"]
     assert client.get(location).json()["secret"] is None
     assert client.get(f"{location}/deliveries").json() == {"items": [], "next": None}
-    assert client.post("/v1/fleets/hooked/webhooks", json={"url": "file:///etc/passwd"}).status_code == 422
     assert client.delete(location).status_code == 200
     assert client.get("/v1/fleets/hooked/webhooks").json()["items"] == []
     assert client.get("/v1/fleets/hooked/findings").json()["items"] == []
+
+
+@pytest.mark.parametrize(
+    ("url", "status"),
+    [
+        ("https://fleet.example/hook", 201),
+        ("http://[::1]:8080/hook?a=%C3%A9", 201),
+        ("file:///etc/passwd", 422),
+        ("http://127.0.0.1:99999/", 422),
+        ("http://127.0.0.1:0/", 422),
+        ("http://127.0.0.1:port/", 422),
+        ("http://[::1/", 422),
+        ("http://:80/", 422),
+        ("http://fleet.example/\u00e9", 422),
+        ("http://user:hunter2@fleet.example/", 422),
+    ],
+)
+def test_a_webhook_has_a_url_to_which_a_message_can_be_sent(client, url, status):
+    client.post("/v1/fleets", json={"name": "reached"})
+    answer = client.post("/v1/fleets/reached/webhooks", json={"url": url})
+    assert answer.status_code == status
+    assert "hunter2" not in answer.text
