@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from sqlalchemy import delete, select
 
-from omnimate.files.recordings.folder import load_recording
+from omnimate.files.recordings.folder import VEHICLE, load_recording
 from omnimate.fleet.batch.files import open_files
 from omnimate.service.errors import InvalidValueError, NotFoundError, TooLargeError
 from omnimate.service.jobs.process import running
 from omnimate.service.recording_zip import unpack
 from omnimate.service.store.tables import RecordingContentRow, RecordingFileRow, RecordingRow
+from omnimate.service.store.vehicles import require_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,6 +48,16 @@ def summarize(recording: Recording) -> dict[str, Any]:
         "laps": 0 if recording.run is None else len(recording.run.laps),
         "poses": 0 if recording.poses is None else len(recording.poses.time),
     }
+
+
+def summarize_upload(recording: Recording) -> dict[str, Any]:
+    """Return the same of a recording whose robot the service could store.
+
+    Raises:
+        InvalidValueError: it could not, by its name.
+    """
+    require_name(recording.vehicle, f"{VEHICLE}: name")
+    return summarize(recording)
 
 
 def learned_by(recording: Recording, *, uncalibrated: bool) -> Learned:
@@ -100,7 +111,7 @@ class RecordingStore:
             InvalidValueError: the zip is not one of a recording folder, or the recording cannot be read.
             TooLargeError: the recording is too large when it is unpacked or read.
         """
-        return self.add(name, content, self._read(content, name, summarize))
+        return self.add(name, content, self._read(content, name, summarize_upload))
 
     def read(self, row: RecordingRow, extract: Callable[[Recording], T]) -> T:
         """Return what a function takes from a recording, as `read_in_process`.

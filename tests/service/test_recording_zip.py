@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import json
 import os
 import pickle
 import tomllib
@@ -71,6 +72,16 @@ def test_a_file_in_another_encoding_is_named_with_what_to_do(recording, file, tm
         (tmp_path / path.name).write_bytes(b"# Gr\xf6\xdfe" if path.name == file else path.read_bytes())
     with pytest.raises(InvalidValueError, match=rf"{file}.*: byte 5 is not UTF-8; save the file as UTF-8$"):
         read_in_process(tmp_path.parent, tmp_path, "drive", summarize)
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "a\\b", "n" * 101])
+def test_a_recording_of_a_robot_that_the_service_cannot_store_is_refused(database, recording, name, tmp_path):
+    """The rule is that of the vehicles over REST."""
+    members = {path.name: path.read_bytes() for path in recording.iterdir()}
+    members["vehicle.toml"] = members["vehicle.toml"].replace(b'"omnimate"', json.dumps(name).encode())
+    says = r"^recording: vehicle\.toml: name: .*; expected 1 to 100 characters, no slash$"
+    with pytest.raises(InvalidValueError, match=says):
+        RecordingStore(database, str(tmp_path), LIMIT).add_upload("x", zipped(members))
 
 
 def test_the_row_of_an_upload_says_what_is_in_it(database, recording, tmp_path):
