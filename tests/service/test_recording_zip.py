@@ -95,6 +95,30 @@ def test_the_row_of_an_upload_says_what_is_in_it(database, recording, tmp_path):
     assert store.read(row, attrgetter("source")) == "hall 3"
 
 
+def test_an_upload_says_what_of_its_log_could_not_be_read(database, recording, tmp_path):
+    """As the command does: a log that was cut off is read up to there."""
+    members = {path.name: path.read_bytes() for path in recording.iterdir() if path.name != "can.log"}
+    packed = gzip.compress((recording / "can.log").read_bytes())
+    store = RecordingStore(database, str(tmp_path), LIMIT)
+    whole, cut = (
+        store.add_upload("x", zipped(members | {"can.log.gz": log})) for log in (packed, packed[:-2000])
+    )
+    assert cut.samples < whole.samples
+    assert whole.problems == []
+    assert cut.problems[-1] == "zip/can.log.gz: the log ends early; it was read up to there"
+
+
+def test_of_many_problems_of_a_log_the_first_lines_and_those_of_the_whole_are_kept(recording, tmp_path):
+    for path in recording.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    with (tmp_path / "can.log").open("ab") as log:
+        log.write(b"garbage\n" * 1200)
+    _, problems = read_in_process(tmp_path.parent, tmp_path, "drive", summarize)
+    assert len(problems) == 20
+    assert "skipped: " in problems[0]
+    assert problems[-1].endswith("skipped: 200 lines more")
+
+
 def test_an_upload_takes_no_memory_for_its_samples_here(database, recording, tmp_path):
     """They stay in the process that reads them; files are unpacked in blocks."""
     content, store = pack(recording), RecordingStore(database, str(tmp_path), LIMIT)
