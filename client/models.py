@@ -476,7 +476,11 @@ class Problem(TypedDict):
 
 
 class Recording(TypedDict):
-    """A stored recording."""
+    """A stored recording.
+
+    Attributes:
+        problems: What of its log could not be read, 20 sentences at most; the rest was.
+    """
 
     id: str
     name: str
@@ -486,6 +490,7 @@ class Recording(TypedDict):
     laps: int
     poses: int
     size: int
+    problems: list[str]
     created: float
 
 

@@ -550,6 +550,26 @@ class FleetsOperations:
         )
         return answer
 
+    def delete_fleet_recording(
+        self, fleet: str, robot: str, day: str, recording: str, *, idempotency_key: str | None = None
+    ) -> Done:
+        """Delete a recording and its results, and the report of its day where no other one has results of it.
+
+        Args:
+            fleet: The name of the fleet.
+            robot: The name of the robot.
+            day: The date of the recording.
+            recording: The name of the recording.
+            idempotency_key: A text of the client's choice. A request that is repeated with the same key is
+                carried out once, and answered alike.
+        """
+        answer: Done = self._transport.json(
+            "DELETE",
+            f"/v1/fleets/{part(fleet)}/recordings/{part(robot)}/{part(day)}/{part(recording)}",
+            key=idempotency_key,
+        )
+        return answer
+
     def start_batch(
         self, fleet: str, *, idempotency_key: str | None = None, **body: Unpack[BatchStart]
     ) -> Batch:

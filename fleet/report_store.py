@@ -77,8 +77,36 @@ def write_report(files: Files, report: DailyReport) -> None:
     }
     for table, rows in tables.items():
         files.write(_path(table, report.day), encode_rows(table, rows))
-    latest = max(report.day, find_latest_day(files) or "")
-    files.write(_LATEST, encode_rows("latest", [{"day": latest}]))
+    _write_latest(files, max(report.day, find_latest_day(files) or ""))
+
+
+def delete_report(files: Files, day: str) -> None:
+    """Delete the report of a day, if there is one; the one before is the latest then, where it was that."""
+    paths = files.glob(f"*/day={day}/night.parquet")
+    # `nights` first: a report without it is none.
+    for path in sorted(paths, key=lambda path: path != _path("nights", day)):
+        files.delete(path)
+    if find_latest_day(files) == day:
+        days = list_days(files)
+        if days:
+            _write_latest(files, days[0])
+        else:
+            files.delete(_LATEST)
+
+
+def delete_history_day(files: Files, robot: str, day: str) -> None:
+    """Delete a day of a robot's history, if it is there."""
+    path = _history_path(robot)
+    before = decode_rows(files.read(path)) if files.glob(path) else []
+    rows = [row for row in before if row["day"] != day]
+    if rows:
+        files.write(path, encode_rows("histories", rows))
+    else:
+        files.delete(path)
+
+
+def _write_latest(files: Files, day: str) -> None:
+    files.write(_LATEST, encode_rows("latest", [{"day": day}]))
 
 
 def list_days(files: Files) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import logging
 import sqlite3
 from http import HTTPStatus
@@ -233,7 +234,8 @@ def _problem(error: Mapping[str, Any]) -> str:
         return f"no JSON: {context['error']}"
     if kind == "value_error":  # of a validator of this service
         return str(context["error"])
-    given = repr(error["input"])
+    value = error["input"]
+    given = json.dumps(value) if value is None or isinstance(value, bool) else repr(value)  # as in JSON
     shown = given if len(given) <= MAX_SHOWN_LENGTH else f"{given[:MAX_SHOWN_LENGTH]}..."
     limits = {name: f"{value:g}" if isinstance(value, float) else value for name, value in context.items()}
     expected = _EXPECTED.get(kind, f"another value ({kind})").format(**limits)

@@ -20,10 +20,12 @@ if TYPE_CHECKING:
 
 MAX_FILES = 64  # in the zip of one recording
 MAX_LOG_LINES = 5_000_000  # of a log; reading one takes 210 bytes of memory
+MAX_NAME_SIZE = 200  # [bytes] of a file or folder in it; file systems take 255
 MAX_FILE_SIZE = 300_000_000  # [bytes]; a log of as many lines, each of 60 bytes, is not larger
 BLOCK = 1 << 16  # [bytes] that are unpacked at a time; as many as shutil copies at a time (COPY_BUFSIZE)
 _LOGS = (LOG, f"{LOG}.gz")
 _ENTRY = b"PK\1\2"  # begins each entry of a zip's directory
+_ENCRYPTED = 1  # among a file's flags
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # zipfile unpacks all others without a limit
 
 # What zipfile raises about a damaged zip: on its directory, names that are empty or no text, offsets, data.
@@ -37,7 +39,7 @@ class UploadedZip:
 
     def __init__(self, archive: zipfile.ZipFile, most_files: int, limit: int) -> None:
         self._archive, self._left = archive, limit
-        self._members = {member.filename: member for member in archive.infolist() if not member.is_dir()}
+        self._members = {member.filename: member for member in archive.infolist() if not _is_left_out(member)}
         self.names = list(self._members)
         if len(self.names) > most_files:
             raise TooLargeError(f"{len(self.names)} files; send {most_files} at most in one zip")
@@ -46,6 +48,10 @@ class UploadedZip:
     def _check_sizes(self) -> None:
         """Refuse a zip by what its directory says of it; `zipfile` unpacks no more than that."""
         for member in self._members.values():
+            if member.flag_bits & _ENCRYPTED:
+                raise MediaTypeError(
+                    f"the zip cannot be read: {member.filename!r} is encrypted; zip it without a password"
+                )
             if member.compress_type not in _METHODS:
                 raise MediaTypeError(
                     f"the zip cannot be read: {member.filename!r} is packed by method "
@@ -95,6 +101,12 @@ class UploadedZip:
             raise TooLargeError("the files in this zip are larger than the service accepts")
 
 
+def _is_left_out(member: zipfile.ZipInfo) -> bool:
+    """Return whether a file is none of a recording's: a folder, or what macOS adds for its Finder."""
+    path = PurePosixPath(member.filename)
+    return member.is_dir() or path.parts[:1] == ("__MACOSX",) or path.name == ".DS_Store"
+
+
 @contextmanager
 def opened_zip(content: bytes, most_files: int, limit: int, expected: str) -> Iterator[UploadedZip]:
     """Yield an uploaded zip.
@@ -115,6 +127,8 @@ def opened_zip(content: bytes, most_files: int, limit: int, expected: str) -> It
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             yield UploadedZip(archive, most_files, limit)
+    except UnicodeDecodeError as error:
+        raise MediaTypeError("the zip cannot be read: a name in it is not UTF-8, as it should be") from error
     except _DAMAGE as error:
         raise MediaTypeError(f"the zip cannot be read: {error}; zip {expected}") from error
 
@@ -129,6 +143,11 @@ def unpack(content: bytes, folder: Path, limit: int) -> Path:
     """
     with opened_zip(content, MAX_FILES, limit, "a recording folder") as archive:
         paths = {name: _checked_path(archive, name) for name in archive.names}
+        for path in paths.values():
+            if path.parent in paths.values():
+                raise InvalidValueError(
+                    "zip", f"'{path.parent}' is a file and a folder; expected one of them"
+                )
         inner = folder / _folder_of_recording(list(paths.values()))
         for name, path in paths.items():
             archive.extract(name, folder / path)
@@ -139,10 +158,16 @@ def _checked_path(archive: UploadedZip, name: str) -> PurePosixPath:
     """Return the path of a file in the zip, which must not lead out of the folder."""
     path = PurePosixPath(name.replace("\\", "/"))
     plain = not path.is_absolute() and ".." not in path.parts and ":" not in name
-    if not plain or "\0" in name or archive.is_link(name) or not 1 <= len(path.parts) <= 2:
+    if not plain or "\0" in name or archive.is_link(name) or not path.parts:
         raise InvalidValueError(
             "zip", f"{name!r} leads out of the recording folder; expected a plain name such as can.log"
         )
+    if len(path.parts) > 2:
+        raise InvalidValueError(
+            "zip", f"{name!r} is in a folder of a folder; zip the recording folder itself, or its files"
+        )
+    if any(len(part.encode()) > MAX_NAME_SIZE for part in path.parts):
+        raise InvalidValueError("zip", f"{name[:60]!r}...: expected names of {MAX_NAME_SIZE} bytes at most")
     return path
 
 

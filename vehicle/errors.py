@@ -65,3 +65,10 @@ class RecordingError(OmnimateError):
     def __init__(self, source: str | Path, problem: str) -> None:
         super().__init__(f"{source}: {problem}")
         self.source = str(source)
+
+
+def describe_read_error(error: OSError | UnicodeDecodeError) -> str:
+    """Return why a text file cannot be read, and what to do where it is no UTF-8."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start + 1} is not UTF-8; save the file as UTF-8"
+    return str(error)

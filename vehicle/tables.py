@@ -7,7 +7,7 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
-from omnimate.vehicle.errors import TableError
+from omnimate.vehicle.errors import TableError, describe_read_error
 
 T = TypeVar("T")
 
@@ -37,7 +37,7 @@ def read_toml(path: Path | str) -> dict[str, Any]:
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise TableError("(file)", f"cannot be read: {error}") from error
+        raise TableError("(file)", f"cannot be read: {describe_read_error(error)}") from error
     return parse_toml(text)
 
 

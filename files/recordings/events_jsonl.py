@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from omnimate.vehicle.atomic import write_text
-from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.errors import RecordingError, describe_read_error
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -40,7 +40,7 @@ def read_events(path: Path | str) -> tuple[RecordedEvent, ...]:
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise RecordingError(path, f"cannot be read: {error}") from error
+        raise RecordingError(path, f"cannot be read: {describe_read_error(error)}") from error
     events = [_event(line, f"{path}:{number}") for number, line in enumerate(lines, start=1)]
     return tuple(sorted(events, key=lambda event: event.time))
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.vehicle.atomic import write_text
-from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.errors import RecordingError, describe_read_error
 from omnimate.vehicle.parameters import TRUCKS
 from omnimate.vehicle.recording import Poses
 from omnimate.vehicle.se2 import wrap
@@ -31,7 +31,7 @@ def read_poses(path: Path | str, trucks: Collection[str] = TRUCKS) -> Poses:
     try:
         lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise RecordingError(path, f"cannot be read: {error}") from error
+        raise RecordingError(path, f"cannot be read: {describe_read_error(error)}") from error
     if not lines or lines[0].strip() != HEADER:
         raise RecordingError(f"{path}:1", f"expected the header `{HEADER}`")
     numbered = enumerate(lines[1:], start=2)

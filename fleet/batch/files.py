@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from glob import iglob
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, Protocol
 
 from omnimate.fleet.errors import FleetError
@@ -32,7 +32,7 @@ class Files(Protocol):
         """Replace a file's content in one step."""
 
     def delete(self, path: str) -> None:
-        """Delete a file if it exists."""
+        """Delete a file if it exists, and folders that are empty then."""
 
 
 def open_files(url: str) -> Files:
@@ -72,8 +72,13 @@ class LocalFiles:
         write_bytes(target, content)
 
     def delete(self, path: str) -> None:
-        """Delete a file if it exists."""
+        """Delete a file if it exists, and folders that are empty then."""
         (self.root / path).unlink(missing_ok=True)
+        for folder in PurePosixPath(path).parents[:-1]:  # the last one is the root
+            try:
+                (self.root / folder).rmdir()
+            except OSError:
+                return  # it has other files
 
 
 class RemoteFiles:
@@ -116,7 +121,7 @@ class RemoteFiles:
         self._system.pipe_file(target, content)
 
     def delete(self, path: str) -> None:
-        """Delete a file if it exists."""
+        """Delete a file if it exists, and folders that are empty then."""
         if self._system.exists(f"{self._root}/{path}"):
             self._system.rm_file(f"{self._root}/{path}")
 

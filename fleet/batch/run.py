@@ -49,15 +49,18 @@ class BatchResult:
     Attributes:
         done: Number of recordings that were processed.
         known: Number of recordings whose results existed already.
-        failed: Recordings without results, each with the reason.
+        failed: Recordings that were not processed, each with the reason.
+        unreadable: Recordings that were processed, now or before, but could not be read, each with the
+            reason, which also stands in their results.
     """
 
     done: int
     known: int
     failed: tuple[tuple[StoredRecording, str], ...]
+    unreadable: tuple[tuple[StoredRecording, str], ...]
 
 
-Outcome = tuple["StoredRecording", "Status | Exception"]
+Outcome = tuple["StoredRecording", "tuple[Status, str | None] | Exception"]
 
 
 def run_batch(
@@ -89,14 +92,17 @@ def run_batch(
         outcomes = _in_process(store, results, recordings, diagnosed)
     else:
         outcomes = _by_dask(store, results, recordings, diagnosed, workers)
-    counts, failed = {"done": 0, "known": 0}, []
-    for number, (stored, status) in enumerate(outcomes, start=1):
-        if isinstance(status, Exception):
-            failed.append((stored, f"{type(status).__name__}: {status}"))
+    counts, failed, unreadable = {"done": 0, "known": 0}, [], []
+    for number, (stored, outcome) in enumerate(outcomes, start=1):
+        if isinstance(outcome, Exception):
+            failed.append((stored, f"{type(outcome).__name__}: {outcome}"))
         else:
+            status, problem = outcome
             counts[status] += 1
+            if problem is not None:
+                unreadable.append((stored, problem))
         progress(number, len(recordings))
-    return BatchResult(counts["done"], counts["known"], tuple(sorted(failed)))
+    return BatchResult(counts["done"], counts["known"], tuple(sorted(failed)), tuple(sorted(unreadable)))
 
 
 def _in_process(

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from omnimate.fleet.batch.files import Files
 
 RESULTS_FORMAT = 2  # version of the results' format; another one makes all results outdated
+KEY_LENGTH = 16  # characters of the key of a result
 _FILES = (VEHICLE, LOG, f"{LOG}.gz", POSES, RUN)
 
 
@@ -46,7 +47,7 @@ class StoredRecording:
 def make_key(version: Mapping[str, str], *, diagnosed: bool) -> str:
     """Return the key of a result, by the version from `folder_of`, and whether mismatches are diagnosed."""
     parts = version["recording_hash"], version["vehicle_hash"], version["tool"], str(diagnosed)
-    return _hash("\n".join(parts).encode())[:16]
+    return _hash("\n".join(parts).encode())[:KEY_LENGTH]
 
 
 def recordings_in(files: Files, day: str) -> list[StoredRecording]:

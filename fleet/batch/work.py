@@ -12,8 +12,8 @@ from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
 from omnimate.files.recordings.folder import load_recording
 from omnimate.fleet.batch.files import open_files
-from omnimate.fleet.batch.store import folder_of, make_key
-from omnimate.fleet.batch.tables import TABLES, encode_columns
+from omnimate.fleet.batch.store import KEY_LENGTH, folder_of, make_key
+from omnimate.fleet.batch.tables import TABLES, decode_rows, encode_columns
 from omnimate.fleet.features import (
     MIN_SEGMENTS,
     crossing_columns,
@@ -50,8 +50,12 @@ RECORDING_TABLES = ("crossings", "ways", "numbers", "recordings")
 DIAGNOSED_PART = 60.0
 
 
-def process_recording(store: str, results: str, stored: StoredRecording, *, diagnosed: bool) -> Status:
-    """Write the results of one recording; return `known` if they exist already, else `done`.
+def process_recording(
+    store: str, results: str, stored: StoredRecording, *, diagnosed: bool
+) -> tuple[Status, str | None]:
+    """Write the results of one recording.
+
+    Return `known` if they exist already, else `done`, and why it could not be read; None where it was.
 
     Args:
         store: Folder or URL of the store.
@@ -66,8 +70,9 @@ def process_recording(store: str, results: str, stored: StoredRecording, *, diag
     target = open_files(results)
     with folder_of(open_files(store), stored) as (folder, version):
         key = make_key(version, diagnosed=diagnosed)
-        if target.glob(_path("recordings", stored, key)):
-            return "known"
+        known = _path("recordings", stored, key)
+        if target.glob(known):
+            return "known", decode_rows(target.read(known))[0]["error"]
         tables = _make_tables(folder, diagnosed=diagnosed)
     tables["recordings"] |= {name: [value] for name, value in {"key": key, **version}.items()}
     for table in RECORDING_TABLES:
@@ -75,7 +80,7 @@ def process_recording(store: str, results: str, stored: StoredRecording, *, diag
         columns = {"recording": [stored.name] * count, **tables[table]}
         target.write(_path(table, stored, key), encode_columns(table, columns))
     _delete_old_results(target, stored, key)
-    return "done"
+    return "done", tables["recordings"]["error"][0]
 
 
 def _path(table: str, stored: StoredRecording, key: str) -> str:
@@ -84,10 +89,17 @@ def _path(table: str, stored: StoredRecording, key: str) -> str:
 
 def _delete_old_results(target: Files, stored: StoredRecording, key: str) -> None:
     """Delete results of the same recording with other keys: of other data, vehicle.toml or software."""
-    for table in RECORDING_TABLES:
-        for path in target.glob(_path(table, stored, "*")):
-            if path != _path(table, stored, key):
-                target.delete(path)
+    new = {_path(table, stored, key) for table in RECORDING_TABLES}
+    for path in result_paths(target, stored):
+        if path not in new:
+            target.delete(path)
+
+
+def result_paths(results: Files, stored: StoredRecording) -> list[str]:
+    """Return the paths of a recording's results, in the reverse order of writing: `recordings` first."""
+    any_key = "?" * KEY_LENGTH  # `*` would also match the rest of a longer name and its key
+    tables = reversed(RECORDING_TABLES)
+    return [path for table in tables for path in results.glob(_path(table, stored, any_key))]
 
 
 def _empty(table: str) -> Columns:

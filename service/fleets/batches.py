@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from sqlalchemy import select
+
 from omnimate.fleet.errors import FleetError
 from omnimate.fleet.report_store import read_report
+from omnimate.service.errors import StateError
 from omnimate.service.fleets.findings import note_findings
 from omnimate.service.fleets.models import Batch, BatchStart
 from omnimate.service.jobs.process import running
-from omnimate.service.jobs.queue import queue_job
+from omnimate.service.jobs.queue import ENDED_STATES, queue_job
 from omnimate.service.store.tables import BatchRow, FleetRow, find_row
 
 if TYPE_CHECKING:
@@ -39,6 +42,20 @@ def add_batch(db: Session, fleet: str, start: BatchStart) -> JobRow:
     find_row(db, FleetRow, fleet)
     asked = {"day": start.day, "diagnose": start.diagnose}
     return queue_job(db, BatchRow, fleet=fleet, asked=asked, priority=start.priority, recordings=[])
+
+
+def require_no_batch(db: Session, fleet: str) -> None:
+    """Refuse what a batch of the fleet would undo, or would see half done.
+
+    Raises:
+        StateError: a batch of the fleet waits or runs.
+    """
+    unfinished = (BatchRow.fleet == fleet) & BatchRow.state.not_in(ENDED_STATES)
+    row = db.scalars(select(BatchRow).where(unfinished).limit(1)).first()
+    if row is not None:
+        raise StateError(
+            f"batch {row.id} of this fleet is {row.state}; wait until it has ended, or cancel it"
+        )
 
 
 def batch_view(row: JobRow) -> Batch:
@@ -108,7 +125,7 @@ def run_fleet_batch(
     batch = run_batch(store, results, day=day, diagnosed=diagnosed, workers=workers, progress=worked)
     failures = [
         {"robot": stored.robot, "day": stored.day, "recording": stored.name, "problem": why}
-        for stored, why in batch.failed[:SHOWN_FAILURES]
+        for stored, why in sorted(batch.failed + batch.unreadable)[:SHOWN_FAILURES]
     ]
     outcome = {"done": batch.done, "known": batch.known, "failures": failures, "night": None, "note": None}
     try:

@@ -26,7 +26,10 @@ if TYPE_CHECKING:
 
 
 def note_findings(db: Session, fleet: str, report: DailyReport) -> None:
-    """Open, prolong and close findings by a daily report; nothing where a later one was noted before."""
+    """Open, prolong and close findings by a daily report; nothing where a later one was noted before.
+
+    A report closes only findings of robots and floors that it judges: of the others it says nothing.
+    """
     row = find_row(db, FleetRow, fleet, for_change=True)
     if row.night is not None and report.day < row.night:
         return
@@ -41,9 +44,16 @@ def note_findings(db: Session, fleet: str, report: DailyReport) -> None:
         opened.remove(known)
         known.says, known.last, known.changed = named.says, report.day, time.time()
         known.x, known.y = named.x, named.y
-    for gone in opened:
+    for gone in [finding for finding in opened if _is_judged(report, finding)]:
         gone.state, gone.changed = "closed", time.time()
         _queue_messages(db, "finding.closed", gone, report.day)
+
+
+def go_back(db: Session, fleet: str, latest: str | None) -> None:
+    """Have findings follow the reports after the latest one that is left; None where none is."""
+    row = find_row(db, FleetRow, fleet, for_change=True)
+    if row.night is not None and (latest is None or latest < row.night):
+        row.night = latest
 
 
 def _queue_messages(db: Session, what: str, finding: FindingRow, day: str) -> None:
@@ -62,6 +72,13 @@ def _named(fleet: str, report: DailyReport) -> Iterator[FindingRow]:
     for place in report.places:
         where = {"x": place.x, "y": place.y, "floor": place.floor}
         yield FindingRow(kind="place", what=place.effect, says=describe_place(place), **where, **new)
+
+
+def _is_judged(report: DailyReport, finding: FindingRow) -> bool:
+    """Return whether a report judges the robot or the floor of a finding."""
+    if finding.kind == "robot":
+        return any(change.robot == finding.robot for change in report.changes)
+    return any(summary.floor == finding.floor for summary in report.floors)
 
 
 def _are_same(finding: FindingRow, named: FindingRow) -> bool:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from datetime import date
 from typing import Annotated, Literal
+from urllib.parse import urlsplit
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
 
 from omnimate.service.jobs.queue import JobState
 from omnimate.service.umbmark.models import FiniteOrNull, RequestModel, RowModel
@@ -13,9 +15,23 @@ from omnimate.service.umbmark.models import FiniteOrNull, RequestModel, RowModel
 # are mismatches that triage repeats, `way` is the distance driven.
 # Names are folders of a store, and parts of URLs: nothing in them is special to either.
 PLAIN_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
+MAX_NAME_LENGTH = 64
 DAY_PATTERN = r"^[0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])$"
-PlainName = Annotated[str, StringConstraints(min_length=1, max_length=64, pattern=PLAIN_PATTERN)]
-Day = Annotated[str, Field(pattern=DAY_PATTERN, description="A date, YYYY-MM-DD.")]
+PlainName = Annotated[str, StringConstraints(min_length=1, max_length=MAX_NAME_LENGTH, pattern=PLAIN_PATTERN)]
+
+
+def _require_date(day: str) -> str:
+    """Return a day that the calendar has; the pattern also takes the 31st of February."""
+    try:
+        date.fromisoformat(day)
+    except ValueError as error:
+        raise ValueError(f"{day!r}; expected a date of the calendar, YYYY-MM-DD") from error
+    return day
+
+
+Day = Annotated[
+    str, Field(pattern=DAY_PATTERN, description="A date, YYYY-MM-DD."), AfterValidator(_require_date)
+]
 State = Literal["fine", "drift", "sick", "unjudged"]
 Numbers = Annotated[list[float], BeforeValidator(list)]  # of an array, too
 FindingState = Literal["open", "closed"]
@@ -235,10 +251,32 @@ class Finding(RowModel):
     changed: float
 
 
+def _require_receiver(url: str) -> str:
+    """Return a URL to which a message can be sent."""
+    try:
+        parts = urlsplit(url)
+        is_possible = bool(parts.hostname) and parts.port != 0 and url.isascii()
+    except ValueError:  # brackets without an IPv6 address between them, or no such port
+        is_possible = False
+    if not is_possible:
+        raise ValueError(
+            "expected a URL such as https://host:8080/path, with a port from 1 to 65535, an IPv6 address in "
+            "brackets, and %-codes for letters other than those of ASCII"
+        )
+    if "@" in parts.netloc:
+        raise ValueError(
+            "expected a URL without user and password, which everyone who may read would see; "
+            "the secret of the webhook signs each message"
+        )
+    return url
+
+
 class WebhookStart(ExactModel):
     """Where findings are sent."""
 
-    url: Annotated[str, Field(max_length=1000, pattern=r"^https?://[^\s/]+\S*$")]
+    url: Annotated[
+        str, Field(max_length=1000, pattern=r"^https?://[^\s/]+\S*$"), AfterValidator(_require_receiver)
+    ]
 
 
 class Webhook(RowModel):

@@ -3,40 +3,45 @@
 from __future__ import annotations
 
 import re
-from datetime import date
+from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE
 from omnimate.service.errors import InvalidValueError
-from omnimate.service.fleets.models import PLAIN_PATTERN, Upload
+from omnimate.service.fleets.models import MAX_NAME_LENGTH, PLAIN_PATTERN, Upload
 from omnimate.service.recording_zip import opened_zip
 
 if TYPE_CHECKING:
     from omnimate.fleet.batch.files import Files
 
 MAX_FILES = 20_000  # in a zip: five of each recording, of 1000 robots and four laps
-_PLAIN = PLAIN_PATTERN.strip("^$")
+_PLAIN = rf"(?=[^/]{{1,{MAX_NAME_LENGTH}}}/){PLAIN_PATTERN.strip('^$')}"
 _FILES = "|".join(re.escape(name) for name in (VEHICLE, LOG, f"{LOG}.gz", POSES, RUN))
 _MEMBER = re.compile(rf"robot=({_PLAIN})/day=([0-9-]{{10}})/({_PLAIN})/({_FILES})")
 
 
-def store_day(files: Files, content: bytes, limit: int) -> Upload:
+def store_day(files: Files, content: bytes, limit: int, now: float) -> Upload:
     """Write the recordings of a zip into a store; those that are there already are replaced.
 
-    Nothing is stored before all of the zip was unpacked, which is limited [bytes]. A vehicle.toml is written
-    last: a recording without it is none, so a half stored upload shows nothing that is not whole, and may be
-    sent again.
+    Nothing is stored before all of the zip was unpacked. A vehicle.toml is written last: a recording without
+    it is none, so a half stored upload shows nothing that is not whole, and may be sent again.
+
+    Args:
+        files: The store.
+        content: The content of the zip.
+        limit: The largest size of all unpacked files [bytes].
+        now: The present time [s since 1970].
 
     Raises:
         MediaTypeError: the content is not a zip.
-        InvalidValueError: the zip holds something else.
+        InvalidValueError: the zip holds something else, or a recording of a day that has not come yet.
         TooLargeError: the zip holds too many files, or they are larger than the limit.
     """
     expected = "folders robot=NAME/day=YYYY-MM-DD/RECORDING/"
     with opened_zip(content, MAX_FILES, limit, expected) as archive, TemporaryDirectory() as place:
-        upload = _checked(archive.names)
+        upload = _checked(archive.names, _last_day(now))
         for name in archive.names:
             archive.extract(name, Path(place) / name)
         for name in sorted(archive.names, key=lambda name: (name.endswith(VEHICLE), name)):
@@ -44,8 +49,8 @@ def store_day(files: Files, content: bytes, limit: int) -> Upload:
     return upload
 
 
-def _checked(names: list[str]) -> Upload:
-    """Return the content of a zip."""
+def _checked(names: list[str], last: str) -> Upload:
+    """Return the content of a zip, whose recordings are of days up to `last`."""
     recordings: dict[tuple[str, str, str], set[str]] = {}
     for name in names:
         match = _MEMBER.fullmatch(name)
@@ -53,9 +58,16 @@ def _checked(names: list[str]) -> Upload:
             raise InvalidValueError(
                 "zip",
                 f"{name[:200]!r}; expected robot=NAME/day=YYYY-MM-DD/RECORDING/ with vehicle.toml, can.log "
-                "or can.log.gz, poses.csv, run.toml; names of letters, digits, '.', '_', '-'",
+                "or can.log.gz, poses.csv, run.toml; names of "
+                f"{MAX_NAME_LENGTH} letters, digits, '.', '_', '-' at most",
             )
         robot, day, recording, file = match.groups()
+        if day > last:
+            raise InvalidValueError(
+                "zip",
+                f"robot={robot}/day={day}/{recording}: this day has not come yet; expected one up to {last}, "
+                "by the clock of the service: correct the date of the recording, or that clock",
+            )
         recordings.setdefault((robot, day, recording), set()).add(file)
     if not recordings:
         raise InvalidValueError("zip", "no recording in it; expected robot=NAME/day=YYYY-MM-DD/RECORDING/")
@@ -69,6 +81,11 @@ def _checked(names: list[str]) -> Upload:
         robots=sorted({robot for robot, _, _ in recordings}),
         days=sorted({day for _, day, _ in recordings}),
     )
+
+
+def _last_day(now: float) -> str:
+    """Return the day after the present one of UTC: it may have begun in other time zones."""
+    return (datetime.fromtimestamp(now, UTC).date() + timedelta(days=1)).isoformat()
 
 
 def _is_date(day: str) -> bool:

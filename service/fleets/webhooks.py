@@ -9,25 +9,27 @@ from __future__ import annotations
 import base64
 import hashlib
 import hmac
+import io
 import json
+import logging
 import secrets
+import threading
 import time
-import urllib.error
-import urllib.request
+from contextlib import closing
 from dataclasses import dataclass
-from http.client import HTTPException
-from typing import TYPE_CHECKING, Any
+from http.client import HTTPConnection, HTTPException, HTTPResponse, HTTPSConnection
+from typing import TYPE_CHECKING, Any, cast
+from urllib.parse import urlsplit, urlunsplit
 
 from sqlalchemy import select, update
 
 from omnimate.service.fleets.models import Webhook
 from omnimate.service.store.tables import DeliveryRow, WebhookRow
-from omnimate.service.threads import RepeatingThread
+from omnimate.service.threads import CLOSING_TIME, RepeatingThread
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from email.message import Message as Headers
-    from typing import IO
+    import socket
+    from collections.abc import Callable, Collection
 
     from sqlalchemy.orm import Session
 
@@ -39,6 +41,8 @@ PAUSES = (0.0, 5.0, 300.0, 1800.0, 7200.0, 18000.0, 36000.0, 50400.0, 72000.0, 8
 LEASE = 60.0  # [s] after which an attempt is made again whose service has died meanwhile
 PREFIX = "whsec_"
 SECRET_LENGTH = 32  # [bytes]; 24 to 64 are allowed
+_CONNECTIONS = {"http": HTTPConnection, "https": HTTPSConnection}
+_log = logging.getLogger(__name__)
 GONE = 410  # the status by which a receiver says that it wants no more
 
 
@@ -47,6 +51,7 @@ class Message:
     """A message that is to be sent now."""
 
     id: str
+    webhook: str
     attempt: int
     url: str
     secret: str
@@ -80,11 +85,17 @@ def queue_message(db: Session, fleet: str, content: dict[str, Any]) -> None:
         db.add(DeliveryRow(webhook=webhook, body=json.dumps(content)))
 
 
-def claim_message(db: Session, now: float) -> Message | None:
-    """Claim a message that is due; it is due again when its lease ends, unless it is settled before."""
+def claim_message(db: Session, now: float, busy: Collection[str] = ()) -> Message | None:
+    """Claim a message that is due; it is due again when its lease ends, unless it is settled before.
+
+    Args:
+        db: The open transaction.
+        now: The present time [s since 1970].
+        busy: Webhooks whose messages are left.
+    """
     row = db.scalars(
         select(DeliveryRow)
-        .where(DeliveryRow.state == "waiting", DeliveryRow.due <= now)
+        .where(DeliveryRow.state == "waiting", DeliveryRow.due <= now, DeliveryRow.webhook.not_in(busy))
         .order_by(DeliveryRow.due)
         .limit(1)
         .with_for_update(skip_locked=True)
@@ -94,7 +105,7 @@ def claim_message(db: Session, now: float) -> Message | None:
     webhook = db.get(WebhookRow, row.webhook)
     assert webhook is not None, "messages of a removed webhook do not wait"
     row.attempts, row.due, row.changed = row.attempts + 1, now + LEASE, now
-    return Message(row.id, row.attempts, webhook.url, webhook.secret, row.body)
+    return Message(row.id, webhook.id, row.attempts, webhook.url, webhook.secret, row.body)
 
 
 def settle(db: Session, message: Message, status: int | None, answer: str, now: float) -> None:
@@ -125,59 +136,110 @@ def signed_headers(message: Message, now: float) -> dict[str, str]:
     }
 
 
-TIMEOUT = 15.0  # [s] for an answer; the specification says 15 to 30
+ATTEMPT_TIME = 15.0  # [s] for an attempt; the specification says 15 to 30
+MAX_ATTEMPTS = 16  # at a time, each to another receiver
 
 
-class _NoRedirect(urllib.request.HTTPRedirectHandler):
-    def redirect_request(
-        self, req: urllib.request.Request, fp: IO[bytes], code: int, msg: str, headers: Headers, newurl: str
-    ) -> None:
-        """Follow no redirect: a message goes to the address that an operator gave, and to no other."""
+class _TimedAnswer(io.RawIOBase):
+    """What a receiver answers until a deadline; `HTTPResponse` reads it in the place of a socket."""
+
+    def __init__(self, connection: socket.socket, end: float, clock: Callable[[], float]) -> None:
+        super().__init__()
+        self._connection, self._end, self._clock = connection, end, clock
+
+    def makefile(self, _mode: str) -> io.BufferedReader:
+        return io.BufferedReader(self)
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:  # noqa: ANN401 -- any writable buffer; it has a name from 3.12 on
+        left = self._end - self._clock()  # of the attempt: a socket's timeout is that of one operation
+        if left <= 0.0:
+            raise TimeoutError(f"not within {ATTEMPT_TIME:g} s")
+        self._connection.settimeout(left)
+        return self._connection.recv_into(buffer)
 
 
-_OPENER = urllib.request.build_opener(_NoRedirect, urllib.request.ProxyHandler({}))
+def send_message(
+    message: Message, now: float, clock: Callable[[], float] = time.monotonic
+) -> tuple[int | None, str]:
+    """Send a message once; return the HTTP status, None without an answer, and the answer in words.
 
+    A redirect is not followed, and no proxy is used: a message goes to the address that an operator gave.
 
-def send_message(message: Message, now: float) -> tuple[int | None, str]:
-    """Send a message once; return the HTTP status, None without an answer, and the answer in words."""
-    request = urllib.request.Request(  # noqa: S310  # http and https only: `WebhookStart` accepts no other
-        message.url, message.body.encode(), signed_headers(message, now), method="POST"
-    )
+    Args:
+        message: The message.
+        now: The present time [s since 1970].
+        clock: Measures the time that the attempt takes [s].
+    """
+    end = clock() + ATTEMPT_TIME
     try:
-        with _OPENER.open(request, timeout=TIMEOUT) as answer:
-            return answer.status, f"{answer.status} {answer.reason}"
-    except urllib.error.HTTPError as error:
-        with error:
-            return error.code, f"{error.code} {error.reason}"
+        url = urlsplit(message.url)
+        with closing(_CONNECTIONS[url.scheme](url.netloc, timeout=ATTEMPT_TIME)) as connection:
+            path = urlunsplit(("", "", url.path or "/", url.query, ""))
+            connection.request("POST", path, message.body.encode(), signed_headers(message, now))
+            stream = cast("socket.socket", _TimedAnswer(connection.sock, end, clock))
+            with HTTPResponse(stream, method="POST") as answer:
+                answer.begin()
+                return answer.status, f"{answer.status} {answer.reason}"
     except (OSError, HTTPException, ValueError) as error:
         return None, f"no answer: {error}"
 
 
-def deliver_next(
+def deliver(
     database: Database,
+    message: Message,
     now: Callable[[], float] = time.time,
     send: Callable[[Message, float], tuple[int | None, str]] = send_message,
-) -> bool:
-    """Send the message that has been due longest; return whether there was one."""
+) -> None:
+    """Send a message that was claimed, and note the answer."""
+    status, answer = send(message, now())
     with database.writing() as db:
-        message = claim_message(db, now())
-    if message is not None:
-        status, answer = send(message, now())
-        with database.writing() as db:
-            settle(db, message, status, answer, now())
-    return message is not None
+        settle(db, message, status, answer, now())
 
 
 class Deliverer(RepeatingThread):
-    """The thread of one service; several services may share a database.
+    """The thread of one service, and those of its attempts; several services may share a database.
 
-    A message that it is sending when it is closed is sent again by the next service.
+    Receivers do not wait for each other: there is one attempt at a time to each of them. A message that is
+    being sent when the service ends is sent again by the next one.
     """
 
-    def __init__(self, database: Database) -> None:
+    def __init__(
+        self,
+        database: Database,
+        send: Callable[[Message, float], tuple[int | None, str]] = send_message,
+    ) -> None:
         super().__init__("webhooks")
-        self._database = database
+        self._database, self._send = database, send
+        self._attempts: dict[str, threading.Thread] = {}  # by the webhook
 
     def work(self) -> bool:
-        """Send a message that is due; return whether there was one."""
-        return deliver_next(self._database)
+        """Begin to send a message that is due; return whether there was one."""
+        if len(self._attempts) >= MAX_ATTEMPTS:
+            return False
+        with self._database.writing() as db:
+            message = claim_message(db, time.time(), list(self._attempts))
+        if message is None:
+            return False
+        attempt = threading.Thread(target=self._deliver, args=(message,), name="webhook", daemon=True)
+        self._attempts[message.webhook] = attempt
+        attempt.start()
+        return True
+
+    def _deliver(self, message: Message) -> None:
+        try:
+            deliver(self._database, message, send=self._send)
+        except Exception:  # noqa: BLE001  # the database may be away: the message is due when its lease ends
+            _log.exception("the answer to message %s was not noted; it is sent again", message.id)
+        finally:
+            del self._attempts[message.webhook]
+            self.wake()
+
+    def close(self) -> None:
+        """End the threads; what is not answered soon is left to the next service."""
+        super().close()
+        end = time.monotonic() + CLOSING_TIME
+        for attempt in list(self._attempts.values()):
+            attempt.join(max(0.0, end - time.monotonic()))

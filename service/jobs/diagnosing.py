@@ -60,9 +60,9 @@ def run_diagnosis(
     """Diagnose recordings; return the result's columns."""
     from omnimate.mismatch import diagnose
     from omnimate.mismatch.report import render
-    from omnimate.service.store.recordings import load_relative
+    from omnimate.service.store.recordings import read_relative
 
-    recordings = [load_relative(place, folder, name) for name, folder in folders]
+    recordings = [read_relative(place, folder, name)[0] for name, folder in folders]
     diagnosis = diagnose(recordings, progress=lambda done, total, doing: report_progress(done / total, doing))
     return {
         "verdict": diagnosis.verdict,

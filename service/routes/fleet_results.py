@@ -36,14 +36,13 @@ from omnimate.service.fleets.results import (
 )
 from omnimate.service.routes.common import ALWAYS, Limit, Page
 from omnimate.service.routes.diagnoses import REPORT_HEADERS
-from omnimate.service.routes.fleets import PREFIX, FleetName
+from omnimate.service.routes.fleets import PREFIX, FleetName, RobotName
 from omnimate.service.store.tables import FleetRow, find_row
 
 router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
 ReportDay = Annotated[
     str, PathParameter(pattern=f"{DAY_PATTERN}|^{LATEST}$", description="Date of the report, or `latest`.")
 ]
-RobotName = Annotated[PlainName, PathParameter(description="The name of the robot.")]
 RobotLimit = Annotated[int, Query(ge=1, le=2000, description="The largest number of items of the page.")]
 
 

@@ -11,14 +11,18 @@ from fastapi.responses import Response
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session as Db
 
+from omnimate.fleet.batch.store import StoredRecording
+from omnimate.fleet.removal import delete_recording
+from omnimate.fleet.report_store import find_latest_day
 from omnimate.service.calls import Answer, Operating, Reading
-from omnimate.service.errors import StateError
-from omnimate.service.fleets.batches import add_batch, batch_view
-from omnimate.service.fleets.models import Batch, BatchStart, Fleet, FleetStart, PlainName, Upload
+from omnimate.service.errors import NotFoundError, StateError
+from omnimate.service.fleets.batches import add_batch, batch_view, require_no_batch
+from omnimate.service.fleets.findings import go_back
+from omnimate.service.fleets.models import Batch, BatchStart, Day, Fleet, FleetStart, PlainName, Upload
 from omnimate.service.fleets.results import fleet_view
 from omnimate.service.fleets.upload import store_day
 from omnimate.service.jobs.queue import cancel_job
-from omnimate.service.routes.common import ALWAYS, Limit, Page
+from omnimate.service.routes.common import ALWAYS, Done, Limit, Page
 from omnimate.service.routes.recordings import BINARY, Zip
 from omnimate.service.store.tables import BatchRow, FleetRow, find_row, read_page
 from omnimate.service.umbmark.models import Id
@@ -26,6 +30,9 @@ from omnimate.service.umbmark.models import Id
 PREFIX = "/v1/fleets"
 router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
 FleetName = Annotated[PlainName, PathParameter(description="The name of the fleet.")]
+RobotName = Annotated[PlainName, PathParameter(description="The name of the robot.")]
+RecordingDay = Annotated[Day, PathParameter(description="The date of the recording.")]
+RecordingName = Annotated[PlainName, PathParameter(description="The name of the recording.")]
 BatchId = Annotated[Id, PathParameter(description="The id of the batch.")]
 
 
@@ -76,9 +83,33 @@ def upload_day(fleet: FleetName, call: Operating, content: Zip) -> Response:
         with call.components.database.reading() as db:
             find_row(db, FleetRow, fleet)
         files = call.components.stores.recordings_of(fleet)
-        return store_day(files, content, call.components.settings.unpacked)
+        return store_day(files, content, call.components.settings.unpacked, time.time())
 
     return call.compute_and_change(content, store, lambda _db, stored: Answer(stored, 201))
+
+
+@router.delete("/{fleet}/recordings/{robot}/{day}/{recording}", response_model=Done)
+def delete_fleet_recording(
+    fleet: FleetName, robot: RobotName, day: RecordingDay, recording: RecordingName, call: Operating
+) -> Response:
+    """Delete a recording and its results, and the report of its day where no other one has results of it."""
+    stored = StoredRecording(robot, day, recording)
+
+    def delete() -> str | None:
+        with call.components.database.reading() as db:
+            find_row(db, FleetRow, fleet)
+            require_no_batch(db, fleet)
+        stores = call.components.stores
+        results = stores.results_of(fleet)
+        if not delete_recording(stores.recordings_of(fleet), results, stored):
+            raise NotFoundError("recording", f"{stored.partition}/{recording}")
+        return find_latest_day(results)
+
+    def act(db: Db, latest: str | None) -> Answer:
+        go_back(db, fleet, latest)
+        return Answer(Done(done=f"recording {stored.partition}/{recording} is deleted"))
+
+    return call.compute_and_change(None, delete, act)
 
 
 @router.post("/{fleet}/batches", status_code=202, response_model=Batch)

@@ -9,6 +9,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi import Path as PathParameter
 from fastapi.responses import Response
+from pydantic import BeforeValidator, Field
 from sqlalchemy.orm import Session as Db
 
 from omnimate.service.calls import Answer, Operating, Reading
@@ -34,6 +35,11 @@ class Recording(RowModel):
     laps: int
     poses: int
     size: int
+    problems: Annotated[
+        list[str],
+        BeforeValidator(lambda problems: problems or []),  # null of an earlier version, or one driven here
+        Field(description="What of its log could not be read, 20 sentences at most; the rest was."),
+    ]
     created: float
 
 

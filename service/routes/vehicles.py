@@ -19,7 +19,8 @@ from omnimate.service.problems import documented
 from omnimate.service.routes.common import ALWAYS, IfMatch, etag, expected_version, require_type
 from omnimate.service.store import vehicles
 from omnimate.service.store.tables import VehicleRow
-from omnimate.service.umbmark.models import NAME_PATTERN, Name, RowModel, TruckSizes
+from omnimate.service.umbmark.models import Name, RowModel, TruckSizes
+from omnimate.vehicle.errors import describe_read_error
 from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.parameters import TruckName, VehicleParameters
 
@@ -116,11 +117,8 @@ def _parsed(request: Request, content: bytes) -> tuple[VehicleParameters, str]:
         text = content.decode()
         vehicle = parse_vehicle(text, "vehicle.toml as it was sent")
     except UnicodeDecodeError as error:
-        raise InvalidValueError("body", f"not UTF-8: {error}") from error
-    if re.fullmatch(NAME_PATTERN, vehicle.name) is None:
-        raise InvalidValueError(
-            "body.name", f"{vehicle.name[:120]!r}; expected 1 to 100 characters, no slash"
-        )
+        raise InvalidValueError("body", describe_read_error(error)) from error
+    vehicles.require_name(vehicle, "body.name")
     return vehicle, text
 
 

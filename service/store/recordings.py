@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from sqlalchemy import delete, select
 
-from omnimate.files.recordings.folder import load_recording
+from omnimate.files.recordings.folder import VEHICLE, read_recording
 from omnimate.fleet.batch.files import open_files
 from omnimate.service.errors import InvalidValueError, NotFoundError, TooLargeError
 from omnimate.service.jobs.process import running
 from omnimate.service.recording_zip import unpack
 from omnimate.service.store.tables import RecordingContentRow, RecordingFileRow, RecordingRow
+from omnimate.service.store.vehicles import require_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 FOLDER = "_recordings"  # no fleet's: their names begin with a letter or a digit
 DAY = 86400.0  # [s]
 MEMORY_LIMIT = 2_000_000_000  # [bytes]; 5 million frames take half of it
+MAX_PROBLEMS = 20  # of a log that are kept
+MAX_PROBLEM_LENGTH = 300  # characters
 READ_TIMEOUT = 120.0  # [s]; 5 million frames take 4 s
 T = TypeVar("T")
 
@@ -47,6 +50,16 @@ def summarize(recording: Recording) -> dict[str, Any]:
         "laps": 0 if recording.run is None else len(recording.run.laps),
         "poses": 0 if recording.poses is None else len(recording.poses.time),
     }
+
+
+def summarize_upload(recording: Recording) -> dict[str, Any]:
+    """Return the same of a recording whose robot the service could store.
+
+    Raises:
+        InvalidValueError: it could not, by its name.
+    """
+    require_name(recording.vehicle, f"{VEHICLE}: name")
+    return summarize(recording)
 
 
 def learned_by(recording: Recording, *, uncalibrated: bool) -> Learned:
@@ -100,7 +113,8 @@ class RecordingStore:
             InvalidValueError: the zip is not one of a recording folder, or the recording cannot be read.
             TooLargeError: the recording is too large when it is unpacked or read.
         """
-        return self.add(name, content, self._read(content, name, summarize))
+        summary, problems = self._read(content, name, summarize_upload)
+        return self.add(name, content, summary | {"problems": problems})
 
     def read(self, row: RecordingRow, extract: Callable[[Recording], T]) -> T:
         """Return what a function takes from a recording, as `read_in_process`.
@@ -110,9 +124,9 @@ class RecordingStore:
             InvalidValueError: the recording cannot be read, or the function refuses it.
             TooLargeError: it takes too much memory or time.
         """
-        return self._read(self.content(row), row.name, extract)
+        return self._read(self.content(row), row.name, extract)[0]
 
-    def _read(self, content: bytes, name: str, extract: Callable[[Recording], T]) -> T:
+    def _read(self, content: bytes, name: str, extract: Callable[[Recording], T]) -> tuple[T, list[str]]:
         with tempfile.TemporaryDirectory() as place:
             folder = unpack(content, Path(place) / "zip", self._limit)
             return read_in_process(Path(place), folder, name, extract)
@@ -194,8 +208,8 @@ def read_in_process(
     extract: Callable[[Recording], T],
     memory: int = MEMORY_LIMIT,
     timeout: float = READ_TIMEOUT,
-) -> T:
-    """Return what is needed of the recording in a folder.
+) -> tuple[T, list[str]]:
+    """Return what is needed of the recording in a folder, and what of its log could not be read, in words.
 
     Args:
         root: Messages name the recording's files relative to this folder.
@@ -222,19 +236,25 @@ def read_in_process(
         raise InvalidValueError("recording", outcome["error"])
     if "extracted" not in outcome:
         raise TooLargeError(f"this recording cannot be read: {outcome['died']}; cut it into shorter ones")
-    return cast("T", outcome["extracted"])
+    return cast("T", outcome["extracted"]), outcome["problems"]
 
 
-def load_relative(root: str, folder: str, source: str) -> Recording:
-    """Return the recording in a folder of `root`, where this process then works.
+def read_relative(root: str, folder: str, source: str) -> tuple[Recording, list[str]]:
+    """Return the recording in a folder of `root`, where this process then works, and its log's problems.
 
-    Errors name its files relative to `root`, so that they do not reveal paths of this machine.
+    Both these and errors name its files relative to `root`, so that they do not reveal paths of this machine.
     """
     os.chdir(root)
-    return replace(load_recording(Path(folder)), source=source)
+    loaded = read_recording(Path(folder))
+    problems = [problem[:MAX_PROBLEM_LENGTH] for problem in loaded.log.blocks.problems()]
+    if len(problems) > MAX_PROBLEMS:  # lines come first, then what is wrong with the whole log
+        half = MAX_PROBLEMS // 2
+        problems = problems[:half] + problems[-half:]
+    return replace(loaded.recording, source=source), problems
 
 
 def _read(
     _report: Callable[[float, str], None], extract: Callable[[Recording], object], *recording: str
 ) -> dict[str, Any]:
-    return {"extracted": extract(load_relative(*recording))}
+    loaded, problems = read_relative(*recording)
+    return {"extracted": extract(loaded), "problems": problems}

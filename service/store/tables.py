@@ -139,6 +139,7 @@ class RecordingRow(ListedRow):
     poses: Mapped[int]
     size: Mapped[int]
     sha256: Mapped[str | None] = mapped_column(String(64))  # of the zip; None for one of an earlier version
+    problems: Mapped[list[str] | None] = mapped_column(JsonText(list[str]))  # of the log; None as above
 
 
 class RecordingFileRow(Base):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -9,8 +10,9 @@ from typing import TYPE_CHECKING
 from sqlalchemy import func, select
 from sqlalchemy.exc import IntegrityError
 
-from omnimate.service.errors import ModifiedError, NotFoundError, StateError
+from omnimate.service.errors import InvalidValueError, ModifiedError, NotFoundError, StateError
 from omnimate.service.store.tables import VehicleRow
+from omnimate.service.umbmark.models import NAME_PATTERN
 from omnimate.vehicle.file import format_vehicle, parse_vehicle
 
 if TYPE_CHECKING:
@@ -86,6 +88,16 @@ def newest_of_all(db: Session) -> Sequence[VehicleRow]:
         .join(top, (VehicleRow.name == top.c.name) & (VehicleRow.version == top.c.version))
         .order_by(VehicleRow.name)
     ).all()
+
+
+def require_name(vehicle: VehicleParameters, where: str) -> None:
+    """Refuse a vehicle that could not be stored by its name; `where` says where it stands, for the message.
+
+    Raises:
+        InvalidValueError: the name is empty, too long, or holds a slash or a control character.
+    """
+    if re.fullmatch(NAME_PATTERN, vehicle.name) is None:
+        raise InvalidValueError(where, f"{vehicle.name[:120]!r}; expected 1 to 100 characters, no slash")
 
 
 def create(db: Session, vehicle: VehicleParameters, origin: Origin, text: str | None = None) -> VehicleRow:

@@ -56,7 +56,7 @@ def fill(connection):
             connection.execute(table.insert().values(row))
 
 
-@pytest.mark.parametrize("revision", ["0001", "0002", "0003", "0004", "0005", "0006"])
+@pytest.mark.parametrize("revision", ["0001", "0002", "0003", "0004", "0005", "0006", "0007"])
 def test_the_rows_of_every_released_schema_are_in_the_newest_one(revision, database_url):
     engine, config = sqlalchemy.create_engine(database_url), Config()
     config.set_main_option("script_location", str(MIGRATIONS))

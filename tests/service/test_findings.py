@@ -4,23 +4,28 @@ import base64
 import hashlib
 import hmac
 import json
+import socket
+from contextlib import ExitStack
 from dataclasses import replace
+from functools import cache
 from http.server import BaseHTTPRequestHandler, HTTPServer
-from itertools import pairwise
-from threading import Thread
+from itertools import count, pairwise
+from threading import Event, Thread
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.service.fleets.findings import note_findings
+from omnimate.fleet.report import FloorSummary
+from omnimate.service.fleets.findings import go_back, note_findings
 from omnimate.service.fleets.webhooks import (
     LEASE,
     PAUSES,
+    Deliverer,
     Message,
     add_webhook,
     claim_message,
-    deliver_next,
+    deliver,
     remove_webhook,
     send_message,
     settle,
@@ -28,6 +33,16 @@ from omnimate.service.fleets.webhooks import (
 )
 from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow
 from tests.service.hall_results import DATES, FAULTY, daily_report, place
+
+
+def deliver_next(database, now, send=send_message):
+    """Send the message that has been due longest; return whether there was one."""
+    with database.writing() as db:
+        message = claim_message(db, now())
+    if message is not None:
+        deliver(database, message, now, send)
+    return message is not None
+
 
 BEGIN = 2e9  # [s] later than any message is made
 
@@ -96,9 +111,38 @@ def test_a_finding_is_opened_once_prolonged_and_closed(fleet):
     assert message_types(fleet) == closed + [("finding.closed", "closed", "2026-04-02")] * 3 + opened
 
 
+def test_a_report_closes_only_findings_of_robots_and_floors_that_it_judges(fleet):
+    """A robot that does not drive, or a floor without recordings, was not repaired."""
+    note(fleet, daily_report("2026-03-30"))
+    of_another = daily_report("2026-03-31", names=["tug-0001"], places=())
+    note(fleet, replace(of_another, floors=(FloorSummary("annex", 3, 6e-4),)))
+    assert [finding[3] for finding in findings(fleet)] == ["open"] * 3
+    note(fleet, daily_report("2026-04-01", places=()))
+    assert [finding[:4:3] for finding in findings(fleet)] == [
+        ("place", "closed"),
+        ("place", "closed"),
+        ("robot", "open"),
+    ]
+
+
+def test_after_a_wrong_day_was_deleted_reports_of_real_days_are_noted_again(fleet):
+    note(fleet, replace(daily_report("2062-01-01"), faulty=(), places=()))
+    note(fleet, daily_report("2026-03-30"))
+    assert findings(fleet) == []
+    with fleet.writing() as db:
+        go_back(db, "hall", "2026-03-29")
+    note(fleet, daily_report("2026-03-30"))
+    with fleet.writing() as db:
+        go_back(db, "hall", "2026-03-31")  # a report that was not noted yet
+    note(fleet, daily_report("2026-03-30"))
+    assert [finding[3] for finding in findings(fleet)] == ["open"] * 3
+
+
 def test_places_at_the_same_point_of_two_floors_are_two_findings(fleet):
-    note(fleet, replace(daily_report("2026-03-30"), faulty=(), places=(place("loss", 16.0, 12.0, "north"),)))
-    note(fleet, replace(daily_report("2026-03-31"), faulty=(), places=(place("loss", 16.0, 12.0, "south"),)))
+    floors = FloorSummary("north", 280, 6e-4), FloorSummary("south", 20, 8e-4)
+    for day, floor in (("2026-03-30", "north"), ("2026-03-31", "south")):
+        places = (place("loss", 16.0, 12.0, floor),)
+        note(fleet, replace(daily_report(day), faulty=(), places=places, floors=floors))
     assert sorted(finding[3] for finding in findings(fleet)) == ["closed", "open"]
     assert any(says.startswith("floor south, at x 16.00 m") for says in messages(fleet))
 
@@ -172,7 +216,7 @@ def test_no_message_is_lost_when_services_die_while_they_send(database, dies):
 def test_the_signature_is_that_of_the_standards_example():
     """Standard Webhooks' reference libraries test this message: id, timestamp, payload, secret, signature."""
     message = Message(
-        "msg_p5jXN8AQM9LWM0D4loKWxJek", 1, "http://x", "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw",
+        "msg_p5jXN8AQM9LWM0D4loKWxJek", "", 1, "http://x", "whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw",
         '{"test": 2432232314}',
     )  # fmt: skip
     headers = signed_headers(message, 1614265330)
@@ -229,6 +273,52 @@ def test_a_receiver_that_is_not_there_is_tried_again(fleet):
         assert "no answer" in row.answer
 
 
+def test_a_receiver_that_answers_byte_by_byte_is_left_when_the_time_of_an_attempt_is_over():
+    looks = count()
+    with socket.create_server(("127.0.0.1", 0)) as listener, ExitStack() as opened:
+
+        @cache
+        def receiver():
+            return opened.enter_context(listener.accept()[0])
+
+        def clock():
+            """At each look at the clock five seconds have passed, and one byte of the answer has come."""
+            look = next(looks)
+            if look:
+                receiver().sendall(b"HTTP/1.1 200 OK"[look - 1 : look])
+            return 5.0 * look
+
+        message = Message("msg_1", "", 1, f"http://127.0.0.1:{listener.getsockname()[1]}/", "whsec_", "{}")
+        assert send_message(message, 0.0, clock) == (None, "no answer: not within 15 s")
+    assert next(looks) == 4
+
+
+def test_a_slow_receiver_delays_no_other_one_and_gets_one_message_at_a_time(fleet, until):
+    with fleet.writing() as db:
+        slow = add_webhook(db, "hall", "http://127.0.0.1:9/slow").id
+    note(fleet, daily_report())
+    answered, sent = Event(), []
+
+    def send(message, _now):
+        sent.append(message.webhook)
+        if message.webhook == slow:
+            answered.wait()
+        return 200, "200 OK"
+
+    def waiting():
+        with fleet.reading() as db:
+            return [row.webhook for row in db.query(DeliveryRow).filter_by(state="waiting")]
+
+    deliverer = Deliverer(fleet, send)
+    deliverer.start()
+    until(lambda: waiting() == [slow] * 3)
+    assert sent.count(slow) == 1
+    answered.set()
+    until(lambda: waiting() == [])
+    deliverer.close()
+    assert sent.count(slow) == 3
+
+
 def test_webhooks_are_made_listed_and_removed_and_show_their_secret_once(client):
     client.post("/v1/fleets", json={"name": "hooked"})
     made = client.post("/v1/fleets/hooked/webhooks", json={"url": "https://fleet.example/hook"})
@@ -237,7 +327,28 @@ def test_webhooks_are_made_listed_and_removed_and_show_their_secret_once(client)
     location = made.headers["Location"]
     assert client.get(location).json()["secret"] is None
     assert client.get(f"{location}/deliveries").json() == {"items": [], "next": None}
-    assert client.post("/v1/fleets/hooked/webhooks", json={"url": "file:///etc/passwd"}).status_code == 422
     assert client.delete(location).status_code == 200
     assert client.get("/v1/fleets/hooked/webhooks").json()["items"] == []
     assert client.get("/v1/fleets/hooked/findings").json()["items"] == []
+
+
+@pytest.mark.parametrize(
+    ("url", "status"),
+    [
+        ("https://fleet.example/hook", 201),
+        ("http://[::1]:8080/hook?a=%C3%A9", 201),
+        ("file:///etc/passwd", 422),
+        ("http://127.0.0.1:99999/", 422),
+        ("http://127.0.0.1:0/", 422),
+        ("http://127.0.0.1:port/", 422),
+        ("http://[::1/", 422),
+        ("http://:80/", 422),
+        ("http://fleet.example/\u00e9", 422),
+        ("http://user:hunter2@fleet.example/", 422),
+    ],
+)
+def test_a_webhook_has_a_url_to_which_a_message_can_be_sent(client, url, status):
+    client.post("/v1/fleets", json={"name": "reached"})
+    answer = client.post("/v1/fleets/reached/webhooks", json={"url": url})
+    assert answer.status_code == status
+    assert "hunter2" not in answer.text

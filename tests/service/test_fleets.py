@@ -1,15 +1,19 @@
 """Fleets over REST: uploads, batches, daily reports, robots, floors, histories, reports."""
 
 import gzip
+from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
 from sqlalchemy.orm import Session
 
+from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.hall.hall import draw_hall, write_store
 from omnimate.fleet.report_store import write_report
+from omnimate.service.errors import InvalidValueError
 from omnimate.service.fleets.batches import add_batch
 from omnimate.service.fleets.models import BatchStart
+from omnimate.service.fleets.upload import store_day
 from omnimate.service.jobs.queue import claim_job
 from omnimate.service.store.tables import BatchRow, FleetRow, JobRow
 from tests.service.hall_results import (
@@ -20,6 +24,7 @@ from tests.service.hall_results import (
     daily_report,
     report_of_two_floors,
     robots,
+    write_recordings,
     write_results,
 )
 from tests.service.zips import zipped
@@ -98,6 +103,20 @@ def test_a_day_without_recordings_fails_with_its_reason(client, until):
     assert client.get(f"{location}/nights/latest").status_code == 404
 
 
+def test_a_batch_names_the_recordings_that_it_cannot_read_each_time(client, until):
+    location = client.post(PATH, json={"name": "garbage"}).headers["Location"]
+    where = "robot=r/day=2026-01-01/x"
+    content = zipped({f"{where}/vehicle.toml": b"garbage [", f"{where}/can.log": b"garbage"})
+    assert client.post(f"{location}/recordings", content=content, headers=ZIP).status_code == 201
+    for counts in ((1, 0), (0, 1)):
+        path = client.post(f"{location}/batches", json={}).headers["Location"]
+        batch = ended(client, path, until)
+        assert (batch["state"], (batch["done"], batch["known"])) == ("done", counts)
+        (failure,) = batch["failures"]
+        assert failure.pop("problem").startswith("x/vehicle.toml: ")
+        assert failure == {"robot": "r", "day": "2026-01-01", "recording": "x"}
+
+
 def test_a_batch_is_started_once_however_often_it_is_asked_for(client, hall):
     headers = {"Idempotency-Key": "night 1"}
     answers = [client.post(f"{hall}/batches", json={"day": "2031-01-01"}, headers=headers) for _ in range(2)]
@@ -134,6 +153,10 @@ def test_the_more_urgent_batch_is_claimed_first_and_no_diagnosis_with_them(datab
         ({"robot=a/day=2026-03-02/../vehicle.toml": b""}, "YYYY-MM-DD"),
         ({"../robot=a/day=2026-03-02/x/can.log": b""}, "YYYY-MM-DD"),
         ({"vehicle.toml": b"", "can.log": b""}, "YYYY-MM-DD"),
+        ({"robot=a/day=2062-01-01/x/vehicle.toml": b""}, "this day has not come yet; expected one up to 20"),
+        ({f"robot={'r' * 65}/day=2026-03-02/x/vehicle.toml": b""}, "names of 64 letters"),
+        ({f"robot={'r' * 300}/day=2026-03-02/x/vehicle.toml": b""}, "names of 64 letters"),
+        ({f"robot=a/day=2026-03-02/{'x' * 65}/vehicle.toml": b""}, "names of 64 letters"),
         ({}, "no recording in it"),
     ],
 )
@@ -142,6 +165,14 @@ def test_a_zip_of_something_else_is_refused_and_nothing_of_it_is_kept(client, ha
     assert answer.status_code == 422
     assert words in answer.json()["detail"]
     assert client.components.stores.recordings_of("hall-3").glob("robot=*") == []
+
+
+def test_names_of_64_characters_are_stored(tmp_path):
+    where = f"robot={'r' * 64}/day=2026-03-02/{'x' * 64}"
+    content = zipped({f"{where}/vehicle.toml": b"", f"{where}/can.log": b""})
+    files = open_files(str(tmp_path))
+    assert store_day(files, content, 1000, 1.8e9).robots == ["r" * 64]
+    assert len(files.glob(f"{where}/*")) == 2
 
 
 def test_a_day_with_a_log_that_unpacks_too_far_is_refused_whole(client, hall):
@@ -153,6 +184,58 @@ def test_a_day_with_a_log_that_unpacks_too_far_is_refused_whole(client, hall):
     )
     assert (answer.status_code, answer.json()["title"]) == (413, "Too large")
     assert client.components.stores.recordings_of("hall-3").glob("robot=*") == []
+
+
+@pytest.mark.parametrize(("ahead", "status"), [(0, 201), (1, 201), (2, 422), (30_000, 422)])
+def test_recordings_are_of_days_up_to_tomorrow(ahead, status, tmp_path):
+    """Somewhere it is tomorrow already; a later date is wrong, and would end the fleet's alerting."""
+    now = datetime(2026, 5, 31, 23, 59, tzinfo=UTC)
+    where = f"robot=a/day={(now + timedelta(days=ahead)).date()}/x"
+    content = zipped({f"{where}/vehicle.toml": b"", f"{where}/can.log": b""})
+    files = open_files(str(tmp_path))
+    if status == 201:
+        assert store_day(files, content, 1000, now.timestamp()).recordings == 1
+        return
+    with pytest.raises(InvalidValueError, match="not come yet; expected one up to 2026-06-01") as caught:
+        store_day(files, content, 1000, now.timestamp())
+    assert (caught.value.status, files.glob("*")) == (422, [])
+
+
+def test_a_recording_is_deleted_with_its_results_and_the_report_of_its_day(client, hall):
+    files, results = (
+        of("hall-3") for of in (client.components.stores.recordings_of, client.components.stores.results_of)
+    )
+    where = "robot=wrong/day=2026-04-30/060000"
+    client.post(
+        f"{hall}/recordings",
+        content=zipped({f"{where}/vehicle.toml": b"", f"{where}/can.log": b""}),
+        headers=ZIP,
+    )
+    write_recordings(results, "wrong", ["2026-04-30"])
+    write_report(results, daily_report("2026-04-30"))
+    with client.components.database.writing() as db:
+        db.get(FleetRow, "hall-3").night = "2026-04-30"
+    path = f"{hall}/recordings/wrong/2026-04-30/060000"
+    assert client.delete(path).json() == {"done": f"recording {where} is deleted"}
+    assert client.get(f"{hall}/nights").json()["items"] == [DATES[-1]]
+    assert client.get(f"{hall}/robots/wrong").status_code == 404
+    assert files.glob("robot=*") == []
+    with client.components.database.reading() as db:
+        assert db.get(FleetRow, "hall-3").night == DATES[-1]
+    assert client.delete(path).status_code == 404
+
+
+def test_no_recording_is_deleted_while_a_batch_of_the_fleet_waits_or_runs(client, hall):
+    with client.components.database.writing() as db:
+        batch = add_batch(db, "hall-3", BatchStart())
+        batch.state, batch.lease, batch.owner = "running", 2e10, "another"
+        known = batch.id
+    answer = client.delete(f"{hall}/recordings/tug-0001/{DATES[-1]}/060000")
+    assert (
+        answer.status_code,
+        f"batch {known} of this fleet is running; wait" in answer.json()["detail"],
+    ) == (409, True)
+    assert client.post(f"{hall}/batches/{known}/cancel").status_code == 200
 
 
 def test_a_fleet_counts_its_robots_by_state(client, hall):

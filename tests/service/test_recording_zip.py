@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import json
 import os
 import pickle
 import tomllib
@@ -46,6 +47,43 @@ def test_a_recording_may_lie_in_a_folder_of_its_zip(recording, tmp_path):
     assert unpack(zipped(members), tmp_path, LIMIT) == tmp_path / "drive"
 
 
+def test_what_macos_adds_to_a_zip_is_left_out(recording, tmp_path):
+    members = [(f"drive/{path.name}", path.read_bytes()) for path in recording.iterdir()]
+    added = [(f"__MACOSX/drive/._{path.name}", b"x") for path in recording.iterdir()]
+    folder = unpack(
+        zipped([*members, *added, ("drive/.DS_Store", b"x"), (".DS_Store", b"x")]), tmp_path, LIMIT
+    )
+    assert {path.name for path in folder.iterdir()} == {path.name for path in recording.iterdir()}
+    assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_an_encrypted_zip_is_refused_with_what_to_do(tmp_path):
+    content = bytearray(zipped([("can.log", b"x")]))
+    for begin, flags in ((b"PK\1\2", 8), (b"PK\3\4", 6)):  # of the directory, and of the file itself
+        content[content.index(begin) + flags] |= 1
+    says = r"^the zip cannot be read: 'can\.log' is encrypted; zip it without a password$"
+    with pytest.raises(MediaTypeError, match=says):
+        unpack(bytes(content), tmp_path, LIMIT)
+
+
+@pytest.mark.parametrize("file", ["vehicle.toml", "poses.csv", "run.toml"])
+def test_a_file_in_another_encoding_is_named_with_what_to_do(recording, file, tmp_path):
+    for path in recording.iterdir():
+        (tmp_path / path.name).write_bytes(b"# Gr\xf6\xdfe" if path.name == file else path.read_bytes())
+    with pytest.raises(InvalidValueError, match=rf"{file}.*: byte 5 is not UTF-8; save the file as UTF-8$"):
+        read_in_process(tmp_path.parent, tmp_path, "drive", summarize)
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "a\\b", "n" * 101])
+def test_a_recording_of_a_robot_that_the_service_cannot_store_is_refused(database, recording, name, tmp_path):
+    """The rule is that of the vehicles over REST."""
+    members = {path.name: path.read_bytes() for path in recording.iterdir()}
+    members["vehicle.toml"] = members["vehicle.toml"].replace(b'"omnimate"', json.dumps(name).encode())
+    says = r"^recording: vehicle\.toml: name: .*; expected 1 to 100 characters, no slash$"
+    with pytest.raises(InvalidValueError, match=says):
+        RecordingStore(database, str(tmp_path), LIMIT).add_upload("x", zipped(members))
+
+
 def test_the_row_of_an_upload_says_what_is_in_it(database, recording, tmp_path):
     content = pack(recording)
     store = RecordingStore(database, str(tmp_path), LIMIT)
@@ -55,6 +93,30 @@ def test_the_row_of_an_upload_says_what_is_in_it(database, recording, tmp_path):
     assert len(loaded) == row.samples
     assert loaded.time[-1] - loaded.time[0] == pytest.approx(row.seconds)
     assert store.read(row, attrgetter("source")) == "hall 3"
+
+
+def test_an_upload_says_what_of_its_log_could_not_be_read(database, recording, tmp_path):
+    """As the command does: a log that was cut off is read up to there."""
+    members = {path.name: path.read_bytes() for path in recording.iterdir() if path.name != "can.log"}
+    packed = gzip.compress((recording / "can.log").read_bytes())
+    store = RecordingStore(database, str(tmp_path), LIMIT)
+    whole, cut = (
+        store.add_upload("x", zipped(members | {"can.log.gz": log})) for log in (packed, packed[:-2000])
+    )
+    assert cut.samples < whole.samples
+    assert whole.problems == []
+    assert cut.problems[-1] == "zip/can.log.gz: the log ends early; it was read up to there"
+
+
+def test_of_many_problems_of_a_log_the_first_lines_and_those_of_the_whole_are_kept(recording, tmp_path):
+    for path in recording.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    with (tmp_path / "can.log").open("ab") as log:
+        log.write(b"garbage\n" * 1200)
+    _, problems = read_in_process(tmp_path.parent, tmp_path, "drive", summarize)
+    assert len(problems) == 20
+    assert "skipped: " in problems[0]
+    assert problems[-1].endswith("skipped: 200 lines more")
 
 
 def test_an_upload_takes_no_memory_for_its_samples_here(database, recording, tmp_path):
@@ -144,7 +206,7 @@ def empty_name():
     ids=["data", "name that is no text", "empty name", "offset before the first byte"],
 )
 def test_a_damaged_zip_is_refused(content, tmp_path):
-    with pytest.raises(MediaTypeError, match="the zip cannot be read"):
+    with pytest.raises(MediaTypeError, match=r"the zip cannot be read: (?!.*codec)"):
         unpack(content, tmp_path, LIMIT)
 
 
@@ -153,6 +215,17 @@ def test_a_link_in_a_zip_leads_nowhere(tmp_path):
     link.external_attr = 0o120777 << 16
     with pytest.raises(InvalidValueError, match="leads out of the recording folder"):
         unpack(zipped([(link, "/etc/passwd")]), tmp_path, LIMIT)
+
+
+@pytest.mark.parametrize("name", ["n" * 300, "n" * 300 + "/can.log", "drive/" + "\u00e9" * 101])
+def test_a_name_that_no_file_can_have_is_refused(name, tmp_path):
+    with pytest.raises(InvalidValueError, match="expected names of 200 bytes at most"):
+        unpack(zipped([("vehicle.toml", b"x"), (name, b"x")]), tmp_path, LIMIT)
+
+
+def test_a_name_that_is_a_file_and_a_folder_is_refused(tmp_path):
+    with pytest.raises(InvalidValueError, match=r"'can\.log' is a file and a folder"):
+        unpack(zipped([("vehicle.toml", b"x"), ("can.log", b"x"), ("can.log/x", b"x")]), tmp_path, LIMIT)
 
 
 @given(names=st.lists(st.text("abc./\\:", min_size=1, max_size=12), max_size=4, unique=True))

@@ -69,6 +69,19 @@ def test_a_recording_that_changed_is_processed_again_and_its_old_results_go(stor
     assert len(list(results.glob("recordings/robot=tug-*/*/*.parquet"))) == 1
 
 
+def test_results_stay_of_a_recording_whose_name_begins_with_that_of_another(store, tmp_path):
+    """`lap` is processed after `lap-1`, and deletes only its own former results."""
+    mine, results = tmp_path / "store", tmp_path / "results"
+    recording = next(store.glob("robot=tug-*/day=2026-03-02/*"))
+    for name in ("lap-1", "lap"):
+        shutil.copytree(recording, mine / recording.relative_to(store).parent / name)
+    run_batch(str(mine), str(results), diagnosed=False)
+    for folder in mine.glob("robot=*/*/*"):
+        (folder / "vehicle.toml").write_text("name = 3\n")
+        run_batch(str(mine), str(results), diagnosed=False)
+        assert sorted(column(results, "recordings", "recording")) == ["lap", "lap-1"]
+
+
 def test_a_broken_recording_says_why_and_the_others_have_their_results(store, tmp_path):
     mine, results = tmp_path / "store", tmp_path / "results"
     shutil.copytree(store, mine)
@@ -79,6 +92,9 @@ def test_a_broken_recording_says_why_and_the_others_have_their_results(store, tm
     assert len(errors) == 1
     assert "vehicle.toml" in errors[0]
     assert str(tmp_path) not in errors[0]
+    assert [why for _, why in outcome.unreadable] == errors
+    again = run_batch(str(mine), str(results), day="2026-03-02")
+    assert (again.known, again.unreadable) == (3, outcome.unreadable)
 
 
 @pytest.mark.slow
