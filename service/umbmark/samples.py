@@ -104,6 +104,21 @@ def add_sample(
     return sample
 
 
+def require_new(db: Db, row: SessionRow, recording: str) -> None:
+    """Refuse a recording whose runs the session has: counted twice, they would look more certain.
+
+    Raises:
+        StateError: the session has a run of this recording.
+    """
+    of_recording = (SampleRow.session == row.id) & (SampleRow.recording == recording)
+    number = db.scalar(select(func.min(SampleRow.number)).where(of_recording))
+    if number is not None:
+        raise StateError(
+            f"recording {recording} is in session {row.id} already, from run {number} on; add another recording",
+            possible_calls(row, time.time()),
+        )
+
+
 def _check_size(row: SessionRow, truck: TruckName, error: ReturnError) -> None:
     size = math.hypot(error.x, error.y)
     if not size <= MAX_RETURN_SIDES * row.side:
