@@ -114,7 +114,7 @@ def require_new(db: Db, row: SessionRow, recording: str) -> None:
     number = db.scalar(select(func.min(SampleRow.number)).where(of_recording))
     if number is not None:
         raise StateError(
-            f"recording {recording} is in session {row.id} already, from run {number} on; add another recording",
+            f"recording {recording} is in session {row.id} already, from run {number} on; add another",
             possible_calls(row, time.time()),
         )
 
