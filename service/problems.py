@@ -86,7 +86,9 @@ class Problem(BaseModel):
     detail: str = Field(
         examples=["session 9b1c is collecting and cannot take 'accept'; possible now: sample, solve"]
     )
-    possible: list[str] | None = Field(None, description="The calls that the present state allows.")
+    possible: list[str] | None = Field(
+        None, description="The calls that the present state of a session allows."
+    )
     errors: list[Detail] | None = Field(None, description="The fields of the request that are wrong.")
     request_id: str | None = Field(None, description="X-Request-ID of the answer; the log names it, too.")
 
