@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING
 from fastapi import HTTPException
 from starlette.datastructures import Headers, MutableHeaders
 
-from omnimate.service.errors import ForbiddenError, ServiceError, TooLargeError, TooManyCallsError
+from omnimate.service.errors import (
+    ForbiddenError,
+    MediaTypeError,
+    ServiceError,
+    TooLargeError,
+    TooManyCallsError,
+)
 from omnimate.service.problems import response_of
 
 if TYPE_CHECKING:
@@ -58,6 +64,11 @@ class Limits:
             raise ForbiddenError(f"host {host!r}: this service answers to its loopback names only")
         if origin is not None and origin.partition("//")[2] != host:
             raise ForbiddenError(f"origin {origin!r}: other sites may not call this service")
+        encoding = headers.get("content-encoding", "identity").strip().lower()
+        if encoding != "identity":
+            raise MediaTypeError(
+                f"content encoding {encoding!r}; send the body without Content-Encoding, as it is"
+            )
         length, limit = headers.get("content-length", "0"), self._limit(scope)
         if not length.isdigit() or int(length) > limit:
             raise TooLargeError(f"{length} bytes; at most {limit} are accepted here")

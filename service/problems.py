@@ -173,6 +173,8 @@ async def _of_validation(request: Request, error: Exception) -> JSONResponse:
 async def _of_http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     title = HTTPStatus(error.status_code).phrase
+    if error.status_code == 400 and error.__cause__ is not None:  # FastAPI could not parse a body
+        return response_of(InvalidValueError("body", "no JSON; expected JSON (RFC 8259) in UTF-8"))
     if error.status_code == 405:
         return problem_response(
             405,
