@@ -31,9 +31,9 @@ Id = Annotated[str, Field(min_length=1, max_length=32, pattern=r"^[0-9a-z]+$")]
 
 
 class RequestModel(BaseModel):
-    """The body of a request; a field that is not known is refused, and a number that is not finite."""
+    """The body of a request; refused are unknown fields, values of another type, and infinite numbers."""
 
-    model_config = ConfigDict(extra="forbid", str_strip_whitespace=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", strict=True, str_strip_whitespace=True, allow_inf_nan=False)
 
 
 class RowModel(BaseModel):

@@ -64,6 +64,10 @@ def test_the_same_key_does_a_thing_once(service, started, manual_runs):
         ('{"side": NaN}', "body.side"),
         ('{"side": 1e308}', "body.side"),
         ('{"runs": 0}', "body.runs"),
+        ('{"side": true}', "body.side"),
+        ('{"side": "4"}', "body.side"),
+        ('{"runs": "5"}', "body.runs"),
+        ('{"speed": false}', "body.speed"),
         ("[]", "body"),
     ],
 )
