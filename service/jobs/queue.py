@@ -98,7 +98,8 @@ def _content(recordings: Sequence[RecordingRow]) -> str | None:
 
 def queue_job(db: Session, table: type[JobRow], **columns: Any) -> JobRow:  # noqa: ANN401  # of `JobRow`
     """Add a job with columns that differ from those of every new job, and return it."""
-    row = table(**columns)
+    now = time.time()
+    row = table(created=now, changed=now, **columns)
     db.add(row)
     db.flush()
     return row

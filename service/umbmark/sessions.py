@@ -76,10 +76,13 @@ def start_session(db: Db, request: SessionStart, vehicle: str, lifetime: float) 
     Raises:
         NotFoundError: there is no such vehicle.
     """
+    now = time.time()
     row = SessionRow(
         vehicle=vehicle,
         vehicle_version=vehicles.newest(db, vehicle).version,
-        expires=time.time() + lifetime,
+        created=now,
+        changed=now,
+        expires=now + lifetime,
         **request.model_dump(exclude={"vehicle"}),
     )
     db.add(row)

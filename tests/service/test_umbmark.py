@@ -27,6 +27,11 @@ def test_a_session_by_hand_finds_the_true_sizes_and_makes_a_new_version(
     assert former.json()["toml"] == before.json()["toml"]
 
 
+def test_a_new_session_was_changed_when_it_was_created(service, started):
+    sessions = [service.get(started(service)).json() for _ in range(5)]
+    assert [session["changed"] - session["created"] for session in sessions] == [0.0] * 5
+
+
 def test_all_methods_stand_side_by_side_with_intervals_that_hold_the_truth(client, started, sampled):
     path = started(client, runs=5)
     sampled(client, path, 5, scatter=0.005)
