@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from omnimate.service.store.database import Database as ServiceDatabase
 
 DATABASE = "sqlite:///omnimate.db"
+MAX_NAME = 100  # characters of a key's name, as the table has them
 LIBRARIES = ("alembic", "fastapi", "prometheus_client", "sqlalchemy", "uvicorn")  # of the extra `service`
 Database = Annotated[
     str,
@@ -150,12 +151,12 @@ def _require_service() -> None:
         raise CallError(f"the service needs {', '.join(missing)}: pip install 'omnimate[service]'")
 
 
-def _opened(database: str) -> ServiceDatabase:
-    """Return the service's database."""
+def _opened(database: str, *, existing: bool = False) -> ServiceDatabase:
+    """Return the service's database; `existing` refuses a file that is not there, which else is made."""
     _require_service()
     from omnimate.service.store.database import Database
 
-    return Database(database)
+    return Database(database, existing=existing)
 
 
 def _listen(settings: Settings, *, as_json: bool) -> None:
@@ -223,6 +224,8 @@ def add(
     database: Database = DATABASE,
 ) -> None:
     """Make a key, and print it; it cannot be shown again."""
+    if not 0 < len(name.strip()) <= MAX_NAME:
+        raise CallError(f"NAME: {name!r}; expected 1 to {MAX_NAME} characters, who or what uses the key")
     store = _opened(database)
     from omnimate.service.access import add_key
 
@@ -234,7 +237,7 @@ def add(
 @keys.command(name="list")
 def list_(database: Database = DATABASE) -> None:
     """List the keys; the secret part of a key is not kept."""
-    store = _opened(database)
+    store = _opened(database, existing=True)
     from omnimate.service.access import keys as keys_of
 
     with store.reading() as db:
@@ -250,11 +253,15 @@ def revoke(
     database: Database = DATABASE,
 ) -> None:
     """Revoke a key."""
-    store = _opened(database)
+    store = _opened(database, existing=True)
     from omnimate.service.access import revoke_key
+    from omnimate.service.errors import NotFoundError
 
-    with store.writing() as db:
-        name = revoke_key(db, identity).name
+    try:
+        with store.writing() as db:
+            name = revoke_key(db, identity).name
+    except NotFoundError as error:
+        raise CallError(f"there is no key {identity!r}; omnimate key list shows which there are") from error
     out.print(f"the key of {name} is void", markup=False)
 
 

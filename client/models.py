@@ -461,7 +461,7 @@ class Problem(TypedDict):
     """A problem detail, RFC 9457.
 
     Attributes:
-        possible: The calls that the present state allows.
+        possible: The calls that the present state of a session allows.
         errors: The fields of the request that are wrong.
         request_id: X-Request-ID of the answer; the log names it, too.
     """

@@ -51,9 +51,9 @@ def digest_of(body: BaseModel | bytes | None) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def storable_key(key: str) -> str:
-    """Return a key that fits into the table, however long the client's key is."""
-    return key if len(key) <= MAX_KEY_LENGTH else hashlib.sha256(key.encode()).hexdigest()
+def storable(text: str) -> str:
+    """Return a client's key, or the name of its call, as it fits into the table, however long it is."""
+    return text if len(text) <= MAX_KEY_LENGTH else hashlib.sha256(text.encode()).hexdigest()
 
 
 def unanswered(caller: str, key: str, call: str, digest: str) -> AnswerRow:
@@ -62,7 +62,7 @@ def unanswered(caller: str, key: str, call: str, digest: str) -> AnswerRow:
     Args:
         caller: The name of the caller; two callers may use the same key.
         key: The Idempotency-Key.
-        call: Method and path.
+        call: Method, path and query.
         digest: A hash of the body.
     """
     return AnswerRow(
@@ -123,7 +123,7 @@ class Call:
         components: The components of the application.
         caller: Who calls.
         key: The Idempotency-Key; None where there is none.
-        name: Method and path.
+        name: Method, path and query; a hash where that is long.
     """
 
     components: Components
@@ -192,7 +192,8 @@ async def _call(request: Request, authorization: str | None, age: float) -> Call
     caller = components.callers.remembered(authorization, age)
     if caller is None:
         caller = await run_in_threadpool(components.callers.identify, components.database, authorization)
-    return Call(components, caller, None, f"{request.method} {request.url.path}")
+    query = f"?{request.url.query}" if request.url.query else ""
+    return Call(components, caller, None, storable(f"{request.method} {request.url.path}{query}"))
 
 
 async def _operating(
@@ -209,7 +210,7 @@ async def _operating(
         raise ForbiddenError(
             "this key may only read; moving the robot or changing anything needs the role operate"
         )
-    return replace(call, key=storable_key(idempotency_key) if idempotency_key else None)
+    return replace(call, key=storable(idempotency_key) if idempotency_key else None)
 
 
 Reading = Annotated[Call, Depends(_reading)]

@@ -26,12 +26,12 @@ class StateError(ServiceError):
     """A call that the present state does not allow.
 
     Attributes:
-        possible: The calls that the present state allows.
+        possible: The calls that the present state allows; None where it is no state of a session.
     """
 
     status, title = 409, "Not in this state"
 
-    def __init__(self, problem: str, possible: tuple[str, ...] = ()) -> None:
+    def __init__(self, problem: str, possible: tuple[str, ...] | None = None) -> None:
         calls = f"; possible now: {', '.join(possible)}" if possible else ""
         super().__init__(problem + calls)
         self.possible = possible

@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING
 from fastapi import HTTPException
 from starlette.datastructures import Headers, MutableHeaders
 
-from omnimate.service.errors import ForbiddenError, ServiceError, TooLargeError, TooManyCallsError
+from omnimate.service.errors import (
+    ForbiddenError,
+    MediaTypeError,
+    ServiceError,
+    TooLargeError,
+    TooManyCallsError,
+)
 from omnimate.service.problems import response_of
 
 if TYPE_CHECKING:
@@ -21,6 +27,7 @@ if TYPE_CHECKING:
 BURST_TIME = 3.0  # [s] of calls at the allowed rate that may come at once
 REMEMBERED_CALLERS = 10_000
 UPLOADS = re.compile(r"/v1/(recordings|fleets/[^/]+/recordings)/?")
+STOPS = re.compile(r"/v1/(robot/stop|umbmark/sessions/[^/]+/abort)/?")
 LOOPBACK = {"localhost", "127.0.0.1", "[::1]", "::1"}
 HEADERS = {
     "x-content-type-options": "nosniff",
@@ -51,16 +58,22 @@ class Limits:
         await self.app(scope, self._limited(scope, receive), _with_headers(send))
 
     def _check(self, scope: Scope, headers: Headers) -> None:
-        """Refuse a request by its headers, or by its caller's rate."""
+        """Refuse a request by its headers, or by its caller's rate; the rate never refuses a stop."""
         host, origin = headers.get("host", ""), headers.get("origin")
         if self._settings.is_loopback and host.rsplit(":", 1)[0] not in LOOPBACK and host not in LOOPBACK:
             raise ForbiddenError(f"host {host!r}: this service answers to its loopback names only")
         if origin is not None and origin.partition("//")[2] != host:
             raise ForbiddenError(f"origin {origin!r}: other sites may not call this service")
+        encoding = headers.get("content-encoding", "identity").strip().lower()
+        if encoding != "identity":
+            raise MediaTypeError(
+                f"content encoding {encoding!r}; send the body without Content-Encoding, as it is"
+            )
         length, limit = headers.get("content-length", "0"), self._limit(scope)
         if not length.isdigit() or int(length) > limit:
             raise TooLargeError(f"{length} bytes; at most {limit} are accepted here")
-        if not self._take_token((scope.get("client") or ("?",))[0]):
+        stops = scope["method"] == "POST" and STOPS.fullmatch(scope["path"])
+        if not self._take_token((scope.get("client") or ("?",))[0]) and not stops:
             raise TooManyCallsError(f"more than {self._settings.rate:g} calls a second; call less often")
 
     def _limit(self, scope: Scope) -> int:

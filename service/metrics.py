@@ -9,6 +9,7 @@ from fastapi.routing import APIRoute
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram
 from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
 from sqlalchemy import func, select
+from sqlalchemy.exc import SQLAlchemyError
 
 from omnimate.service.store.tables import JobRow, SessionRow
 
@@ -92,8 +93,21 @@ def _nodes(components: Components, registry: CollectorRegistry) -> None:
 
 
 def _states(components: Components, registry: CollectorRegistry) -> None:
-    with components.database.reading() as db:
-        for name, table in (("sessions", SessionRow), ("jobs", JobRow)):
-            gauge = Gauge(f"omnimate_{name}", f"{name} by state", ["state"], registry=registry)
-            for state, count in db.execute(select(table.state, func.count()).group_by(table.state)):
-                gauge.labels(state).set(count)
+    """Count the sessions and jobs; while the database is away, none of them has a value."""
+    up = Gauge("omnimate_database_up", "Whether the database answers", registry=registry)
+    gauges = [
+        (table, Gauge(f"omnimate_{name}", f"{name} by state", ["state"], registry=registry))
+        for name, table in (("sessions", SessionRow), ("jobs", JobRow))
+    ]
+    try:
+        with components.database.reading() as db:
+            counts = [
+                (gauge, state, count)
+                for table, gauge in gauges
+                for state, count in db.execute(select(table.state, func.count()).group_by(table.state))
+            ]
+    except SQLAlchemyError:
+        return
+    up.set(1)
+    for gauge, state, count in counts:
+        gauge.labels(state).set(count)

@@ -87,7 +87,9 @@ class Problem(BaseModel):
     detail: str = Field(
         examples=["session 9b1c is collecting and cannot take 'accept'; possible now: sample, solve"]
     )
-    possible: list[str] | None = Field(None, description="The calls that the present state allows.")
+    possible: list[str] | None = Field(
+        None, description="The calls that the present state of a session allows."
+    )
     errors: list[Detail] | None = Field(None, description="The fields of the request that are wrong.")
     request_id: str | None = Field(None, description="X-Request-ID of the answer; the log names it, too.")
 
@@ -172,6 +174,8 @@ async def _of_validation(request: Request, error: Exception) -> JSONResponse:
 async def _of_http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     title = HTTPStatus(error.status_code).phrase
+    if error.status_code == 400 and error.__cause__ is not None:  # FastAPI could not parse a body
+        return response_of(InvalidValueError("body", "no JSON; expected JSON (RFC 8259) in UTF-8"))
     if error.status_code == 405:
         return problem_response(
             405,

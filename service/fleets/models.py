@@ -39,9 +39,9 @@ DeliveryState = Literal["waiting", "accepted", "given up"]
 
 
 class ExactModel(RequestModel):
-    """A body that is taken as it is: a space around a name, or `false` for 0, is an error."""
+    """A body that is taken as it is: a space around a name is an error."""
 
-    model_config = ConfigDict(str_strip_whitespace=False, strict=True)
+    model_config = ConfigDict(str_strip_whitespace=False)
 
 
 class FleetStart(ExactModel):

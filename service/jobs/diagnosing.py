@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
-from omnimate.service.errors import NotFoundError
+from omnimate.service.errors import NotFoundError, ServiceError
 from omnimate.service.jobs.process import running
 from omnimate.service.jobs.queue import Job
 from omnimate.service.store.tables import DiagnosisRow, RecordingRow, find_row
@@ -33,18 +32,30 @@ class Diagnosing:
         self._recordings = recordings
 
     def start(self, database: Database, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
-        """Return the process of a job, which works in the folder `place`."""
+        """Return the process of a job, which works in the folder `place`.
+
+        Raises:
+            ServiceError: one of the recordings was deleted meanwhile.
+        """
         with database.reading() as db:
             wanted = find_row(db, DiagnosisRow, job_id).recordings
-            rows = [row for recording in wanted if (row := db.get(RecordingRow, recording)) is not None]
-        folders = []
-        for row in rows:
-            folder = place / row.id
-            folder.mkdir()
-            with suppress(NotFoundError):  # deleted meanwhile
-                unpacked = self._recordings.unpack(row, folder)
-                folders.append((row.name, str(unpacked.relative_to(place))))
+        folders = [self._unpack(database, recording_id, place) for recording_id in wanted]
         return running("diagnosis", run_diagnosis, str(place), folders)
+
+    def _unpack(self, database: Database, recording_id: str, place: Path) -> tuple[str, str]:
+        """Unpack a recording into a folder of `place`; return its name, and the folder within `place`."""
+        folder = place / recording_id
+        folder.mkdir()
+        try:
+            with database.reading() as db:
+                row = find_row(db, RecordingRow, recording_id)
+            unpacked = self._recordings.unpack(row, folder)
+        except NotFoundError as error:
+            raise ServiceError(
+                f"recording {recording_id} was deleted before it was diagnosed; upload it again, or diagnose "
+                "the others without it"
+            ) from error
+        return row.name, str(unpacked.relative_to(place))
 
     def store_result(self, _db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
         """Store the result of a job that is done."""

@@ -7,7 +7,7 @@ import json
 import time
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 from sqlalchemy import func, select
 
 from omnimate import __version__
@@ -24,10 +24,22 @@ if TYPE_CHECKING:
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
 
 
+def _each_once(recordings: list[str]) -> list[str]:
+    """Return recordings of which none is given twice; ValueError otherwise."""
+    for recording in recordings:
+        if recordings.count(recording) > 1:
+            raise ValueError(f"recording {recording} is given twice; expected each of them once")
+    return recordings
+
+
 class DiagnosisStart(RequestModel):
     """The recordings that are diagnosed together; they are all of one robot."""
 
-    recordings: Annotated[list[Id], Field(min_length=1, max_length=50)]
+    recordings: Annotated[
+        list[Id],
+        Field(min_length=1, max_length=50, json_schema_extra={"uniqueItems": True}),
+        AfterValidator(_each_once),
+    ]
 
 
 class Job(RowModel):
@@ -86,7 +98,8 @@ def _content(recordings: Sequence[RecordingRow]) -> str | None:
 
 def queue_job(db: Session, table: type[JobRow], **columns: Any) -> JobRow:  # noqa: ANN401  # of `JobRow`
     """Add a job with columns that differ from those of every new job, and return it."""
-    row = table(**columns)
+    now = time.time()
+    row = table(created=now, changed=now, **columns)
     db.add(row)
     db.flush()
     return row

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import logging
 import tempfile
 import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
+
+from sqlalchemy.exc import SQLAlchemyError
 
 from omnimate.service.jobs.process import REPORT_PERIOD
 from omnimate.service.jobs.queue import LEASE, claim_job, finish_job, has_queued, job_of
 from omnimate.service.store.tables import find_row
 from omnimate.service.threads import RepeatingThread
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,6 +28,8 @@ if TYPE_CHECKING:
     from omnimate.service.jobs.process import JobProcess
     from omnimate.service.store.database import Database
     from omnimate.service.store.tables import JobRow
+
+_log = logging.getLogger(__name__)
 
 
 class Jobs(Protocol):
@@ -79,12 +86,24 @@ class Worker(RepeatingThread):
     def _work(self, job_id: str) -> None:
         """Work in another process, and store the outcome."""
         self._publish(job_id)
-        with (
-            tempfile.TemporaryDirectory() as folder,
-            self._jobs.start(self._database, job_id, Path(folder)) as process,
-        ):
-            self._finish(job_id, process.outcome(lambda message: self._renew(job_id, message)))
+        with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+            try:
+                process = stack.enter_context(self._jobs.start(self._database, job_id, Path(folder)))
+            except SQLAlchemyError:  # the job is taken up again when the database is back
+                raise
+            except Exception as error:  # noqa: BLE001  # the job must fail with a reason, whatever its error
+                self._finish(job_id, {"error": self._reason(error)})
+            else:
+                self._finish(job_id, process.outcome(lambda message: self._renew(job_id, message)))
         self._publish(job_id)
+
+    def _reason(self, error: Exception) -> str:
+        """Return why a job could not start."""
+        if isinstance(error, OmnimateError):
+            return str(error)
+        noun = self._jobs.table.noun()
+        _log.error("a %s could not start", noun, exc_info=error)
+        return f"the {noun} could not start: {type(error).__name__}; the log of the service says more"
 
     def _renew(self, job_id: str, message: dict[str, Any]) -> bool:
         """Renew the lease and note the progress; return whether the job is still wanted."""

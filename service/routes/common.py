@@ -9,13 +9,20 @@ from pydantic import BaseModel
 
 from omnimate.service.errors import MediaTypeError
 from omnimate.service.problems import documented
-from omnimate.service.umbmark.models import Id
+from omnimate.service.store.tables import CURSOR_PATTERN
 
 T = TypeVar("T")
 
 ALWAYS = documented(400, 401, 403, 404, 409, 413, 415, 422, 429, 503)
 Limit = Annotated[int, Query(ge=1, le=200, description="The largest number of items of the page.")]
-After = Annotated[Id | None, Query(description="The value of `next` in the page before this one.")]
+After = Annotated[
+    str | None,
+    Query(
+        description="The value of `next` in the page before this one.",
+        max_length=120,
+        json_schema_extra={"pattern": CURSOR_PATTERN},
+    ),
+]
 IfMatch = Annotated[str, Header(description="The ETag of the version that is changed, or * for any version.")]
 
 

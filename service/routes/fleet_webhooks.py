@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter
 from fastapi import Path as PathParameter
 from fastapi.responses import Response
 from sqlalchemy.orm import Session as Db
@@ -19,7 +19,6 @@ from omnimate.service.umbmark.models import Id
 
 router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
 WebhookId = Annotated[Id, PathParameter(description="The id of the webhook.")]
-MESSAGE = r"^msg_[0-9a-f]{24}$"
 
 
 @router.get("/{fleet}/findings")
@@ -84,7 +83,7 @@ def list_deliveries(
     webhook_id: WebhookId,
     call: Reading,
     limit: Limit = 50,
-    after: Annotated[str | None, Query(pattern=MESSAGE)] = None,
+    after: After = None,
 ) -> Page[Delivery]:
     """Return the messages to a webhook, newest first: waiting, accepted or given up."""
     with call.components.database.reading() as db:

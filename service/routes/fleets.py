@@ -22,7 +22,7 @@ from omnimate.service.fleets.models import Batch, BatchStart, Day, Fleet, FleetS
 from omnimate.service.fleets.results import fleet_view
 from omnimate.service.fleets.upload import store_day
 from omnimate.service.jobs.queue import cancel_job
-from omnimate.service.routes.common import ALWAYS, Done, Limit, Page
+from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.routes.recordings import BINARY, Zip
 from omnimate.service.store.tables import BatchRow, FleetRow, find_row, read_page
 from omnimate.service.umbmark.models import Id
@@ -54,7 +54,7 @@ def create_fleet(body: FleetStart, call: Operating) -> Response:
 
 
 @router.get("")
-def list_fleets(call: Reading, limit: Limit = 50, after: PlainName | None = None) -> Page[Fleet]:
+def list_fleets(call: Reading, limit: Limit = 50, after: After = None) -> Page[Fleet]:
     """Return the fleets, newest first."""
     with call.components.database.reading() as db:
         rows, next_page = read_page(db, FleetRow, limit, after)
@@ -126,7 +126,7 @@ def start_batch(fleet: FleetName, body: BatchStart, call: Operating) -> Response
 
 
 @router.get("/{fleet}/batches")
-def list_batches(fleet: FleetName, call: Reading, limit: Limit = 50, after: Id | None = None) -> Page[Batch]:
+def list_batches(fleet: FleetName, call: Reading, limit: Limit = 50, after: After = None) -> Page[Batch]:
     """Return the batches of a fleet, newest first."""
     with call.components.database.reading() as db:
         find_row(db, FleetRow, fleet)

@@ -163,6 +163,7 @@ def add_sample(session_id: SessionId, body: SampleGiven, call: Operating) -> Res
             sample = samples.add_measured_sample(db, row, body)
         else:
             recording = find_row(db, RecordingRow, body.recording)  # it may have been deleted meanwhile
+            samples.require_new(db, row, recording.id)
             for square in squares:
                 sample = samples.add_sample(db, row, square, recording.name, recording.id)
         db.flush()

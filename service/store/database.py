@@ -49,14 +49,21 @@ class DatabaseError(ServiceError):
 class Database:
     """A database with its tables as this version of the service needs them."""
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, *, existing: bool = False) -> None:
         """Connect and bring the tables up to date.
+
+        Args:
+            url: The URL of the database.
+            existing: Whether a file of SQLite is refused that is not there, instead of being made.
 
         Raises:
             DatabaseError: it cannot be opened, or it is of a kind that the service does not know.
         """
         shown, self.engine = _engine(url)
         sqlite = self.engine.dialect.name == "sqlite"
+        file = self.engine.url.database or ""
+        if existing and sqlite and not file.startswith("file:") and not Path(file).is_file():
+            raise DatabaseError(shown, "there is no such file")
         self._write_lock = threading.Lock() if sqlite else nullcontext()
         self._reader = self.engine if sqlite else self.engine.execution_options(isolation_level="AUTOCOMMIT")
         try:

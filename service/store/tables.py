@@ -5,6 +5,7 @@ Times are seconds since 1970; JSON is stored as text, alike in both databases.
 
 from __future__ import annotations
 
+import re
 import secrets
 import time
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -24,7 +25,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-from omnimate.service.errors import NotFoundError
+from omnimate.service.errors import InvalidValueError, NotFoundError
 from omnimate.service.umbmark.models import ReturnError
 from omnimate.vehicle.parameters import TruckName
 
@@ -313,22 +314,26 @@ def find_row(db: Session, table: type[Row], key: str, *, for_change: bool = Fals
     return row
 
 
+CURSOR_PATTERN = r"^[0-9]+(\.[0-9]+)?(e[+-]?[0-9]+)?_[0-9A-Za-z._-]{1,64}$"
+
+
 def read_page(
     db: Session, table: type[Row], limit: int, after: str | None, *where: ColumnElement[bool]
 ) -> tuple[list[Row], str | None]:
     """Return a page of rows and the cursor of the next page, which is None after the last one.
 
-    `after` is the cursor, the id of the row before the page; None for the first page.
+    `after` is the cursor, None for the first page. It is the time and the id of the row before the page, so
+    that it holds also when that row is deleted.
 
     Raises:
-        NotFoundError: there is no row with the cursor's id.
+        InvalidValueError: it is no cursor.
     """
     query = select(table).where(*where).order_by(table.created.desc(), table.id.desc()).limit(limit + 1)
     if after is not None:
-        last = db.get(table, after)
-        if last is None:
-            raise NotFoundError("row of the cursor", after)
-        query = query.where(tuple_(table.created, table.id) < tuple_(last.created, last.id))
+        if re.fullmatch(CURSOR_PATTERN, after) is None:
+            raise InvalidValueError("query.after", "no cursor; expected the `next` of the page before")
+        created, _, identity = after.partition("_")
+        query = query.where(tuple_(table.created, table.id) < tuple_(float(created), identity))
     rows = list(db.scalars(query))
-    more = len(rows) > limit
-    return rows[:limit], rows[limit - 1].id if more else None
+    last = rows[limit - 1] if len(rows) > limit else None
+    return rows[:limit], None if last is None else f"{last.created!r}_{last.id}"

@@ -6,7 +6,7 @@ import math
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from omnimate.vehicle.parameters import TruckName
 
@@ -31,9 +31,9 @@ Id = Annotated[str, Field(min_length=1, max_length=32, pattern=r"^[0-9a-z]+$")]
 
 
 class RequestModel(BaseModel):
-    """The body of a request; a field that is not known is refused, and a number that is not finite."""
+    """The body of a request; refused are unknown fields, values of another type, and infinite numbers."""
 
-    model_config = ConfigDict(extra="forbid", str_strip_whitespace=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", strict=True, str_strip_whitespace=True, allow_inf_nan=False)
 
 
 class RowModel(BaseModel):
@@ -87,7 +87,20 @@ class ByWalls(RequestModel):
     walls: Walls
 
 
-Fix = Coordinates | ByWalls
+def _by_field(name: str, having: type[BaseModel], other: type[BaseModel]) -> Discriminator:
+    """Return what chooses between two forms of a body by a field, so that errors are those of one form."""
+
+    def form(given: object) -> str:
+        has = isinstance(given, having) or (isinstance(given, dict) and name in given)
+        return having.__name__ if has else other.__name__
+
+    return Discriminator(form)
+
+
+Fix = Annotated[
+    Annotated[Coordinates, Tag("Coordinates")] | Annotated[ByWalls, Tag("ByWalls")],
+    _by_field("walls", ByWalls, Coordinates),
+]
 
 
 class SessionStart(RequestModel):
@@ -144,7 +157,10 @@ class SampleOfRecording(RequestModel):
     recording: Id
 
 
-SampleGiven = SampleOfFixes | SampleOfRecording
+SampleGiven = Annotated[
+    Annotated[SampleOfFixes, Tag("SampleOfFixes")] | Annotated[SampleOfRecording, Tag("SampleOfRecording")],
+    _by_field("recording", SampleOfRecording, SampleOfFixes),
+]
 
 
 class Solve(RequestModel):

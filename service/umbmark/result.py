@@ -13,8 +13,9 @@ from omnimate.calib.umbmark.assessment import Assessment, assess
 from omnimate.calib.umbmark.experiment import Calibration, Experiment, calibrate
 from omnimate.calib.umbmark.return_errors import ReturnErrors, stop_rule
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
-from omnimate.service.errors import InvalidValueError, StateError
+from omnimate.service.errors import InvalidValueError
 from omnimate.service.umbmark.models import Direction, Errors, MethodResult, Result, TruckResult
+from omnimate.service.umbmark.sessions import refusal
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -44,7 +45,8 @@ def experiments_of(
             experiments[name] = Experiment(errors.source, truck, errors)
     if not experiments:
         counts = {turn: sum(sample.direction == turn for sample in samples) for turn in DIRECTIONS}
-        raise StateError(
+        raise refusal(
+            row,
             f"{counts['cw']} run(s) cw and {counts['ccw']} ccw; one direction alone cannot separate the "
             "wheelbase from the diameters: drive the square in both directions, five times each",
         )

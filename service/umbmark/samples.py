@@ -10,10 +10,10 @@ import numpy as np
 from sqlalchemy import func, select
 
 from omnimate.calib.umbmark.return_errors import MAX_RETURN_SIDES
-from omnimate.service.errors import InvalidValueError, NotFoundError, StateError
+from omnimate.service.errors import InvalidValueError, NotFoundError
 from omnimate.service.store.tables import SampleRow
 from omnimate.service.umbmark.models import ByWalls, ReturnError
-from omnimate.service.umbmark.sessions import possible_calls
+from omnimate.service.umbmark.sessions import refusal
 from omnimate.vehicle.se2 import between, compose, wrap
 from omnimate.vehicle.sonar import Sonar
 
@@ -37,7 +37,7 @@ def add_measured_sample(db: Db, row: SessionRow, request: SampleOfFixes) -> Samp
         StateError: the session takes its runs from recordings, or a value is missing.
     """
     if row.how == "recordings":
-        raise StateError("this session takes its runs from uploaded recordings; send the id of a recording")
+        raise refusal(row, "this session takes its runs from uploaded recordings; send the id of a recording")
     direction, calculated = _direction(row, request), _calculated(row, request)
     error = return_error(_start(request), pose_of(request.after, "after"), calculated)
     sample = SampleRow(direction=direction, errors={request.truck: ReturnError.model_validate(error)})
@@ -52,10 +52,10 @@ def _start(request: SampleOfFixes) -> Array:
 def _direction(row: SessionRow, request: SampleOfFixes) -> Direction:
     driven: Direction | None = row.pending["direction"] if row.pending else None
     if driven is not None and request.direction not in {None, driven}:
-        raise StateError(f"the driven lap that has to be measured is {driven}, not {request.direction}")
+        raise refusal(row, f"the driven lap that has to be measured is {driven}, not {request.direction}")
     direction = request.direction or driven
     if direction is None:
-        raise StateError("direction is missing, and there is no driven lap that gives it; send cw or ccw")
+        raise refusal(row, "direction is missing, and there is no driven lap that gives it; send cw or ccw")
     return direction
 
 
@@ -64,9 +64,10 @@ def _calculated(row: SessionRow, request: SampleOfFixes) -> Array:
     if request.calculated is not None:
         return pose_of(request.calculated, "calculated")
     if row.pending is None:
-        raise StateError(
+        raise refusal(
+            row,
             "`calculated` is missing, and there is no driven lap that gives it; send the pose of odometry at "
-            "the end of the run"
+            "the end of the run",
         )
     driven = row.pending["calculated"].get(request.truck)
     if driven is None:
@@ -94,14 +95,26 @@ def add_sample(
         _check_size(row, truck, error)
     last = db.scalar(select(func.max(SampleRow.number)).where(SampleRow.session == row.id)) or 0
     if last >= MAX_SAMPLES:
-        raise StateError(
-            f"a session takes {MAX_SAMPLES} runs at most; solve it", possible_calls(row, time.time())
-        )
+        raise refusal(row, f"a session takes {MAX_SAMPLES} runs at most; solve it")
     sample.session, sample.number, sample.created = row.id, last + 1, time.time()
     sample.source, sample.recording = source, recording
     db.add(sample)
     _discard_result(row)
     return sample
+
+
+def require_new(db: Db, row: SessionRow, recording: str) -> None:
+    """Refuse a recording whose runs the session has: counted twice, they would look more certain.
+
+    Raises:
+        StateError: the session has a run of this recording.
+    """
+    of_recording = (SampleRow.session == row.id) & (SampleRow.recording == recording)
+    number = db.scalar(select(func.min(SampleRow.number)).where(of_recording))
+    if number is not None:
+        raise refusal(
+            row, f"recording {recording} is in session {row.id} already, from run {number} on; add another"
+        )
 
 
 def _check_size(row: SessionRow, truck: TruckName, error: ReturnError) -> None:

@@ -50,6 +50,11 @@ def possible_calls(row: SessionRow, now: float) -> tuple[Call, ...]:
     return tuple(call for call in calls if not (call == "sample" and takes_samples_itself))
 
 
+def refusal(row: SessionRow, problem: str) -> StateError:
+    """Return the error of a call that the session does not allow as it was made."""
+    return StateError(problem, possible_calls(row, time.time()))
+
+
 def require_call(row: SessionRow, call: Call, now: float) -> None:
     """Refuse a call that the session does not allow.
 
@@ -71,10 +76,13 @@ def start_session(db: Db, request: SessionStart, vehicle: str, lifetime: float) 
     Raises:
         NotFoundError: there is no such vehicle.
     """
+    now = time.time()
     row = SessionRow(
         vehicle=vehicle,
         vehicle_version=vehicles.newest(db, vehicle).version,
-        expires=time.time() + lifetime,
+        created=now,
+        changed=now,
+        expires=now + lifetime,
         **request.model_dump(exclude={"vehicle"}),
     )
     db.add(row)
@@ -185,10 +193,7 @@ def store_result(db: Db, row: SessionRow, samples: Iterable[SampleRow], result: 
         StateError: the session has other runs now.
     """
     if _identities(samples_of(db, row)) != _identities(samples):
-        raise StateError(
-            f"the runs of session {row.id} changed while it was solved; solve it again",
-            possible_calls(row, time.time()),
-        )
+        raise refusal(row, f"the runs of session {row.id} changed while it was solved; solve it again")
     row.state, row.result, row.detail = "solved", result.model_dump_json(), ""
 
 
@@ -204,7 +209,7 @@ def last_result(row: SessionRow) -> Result:
         StateError: the session has no result.
     """
     if row.result is None:
-        raise StateError(f"session {row.id} has no result", possible_calls(row, time.time()))
+        raise refusal(row, f"session {row.id} has no result")
     return Result.model_validate_json(row.result)
 
 
@@ -230,7 +235,9 @@ def accept_result(
             f"the result has the revision {result.revision}, not {revision}; get the result again"
         )
     if not result.usable and not force:
-        raise StateError("a check of this result reports an error (see advice); send force to use it anyway")
+        raise refusal(
+            row, "a check of this result reports an error (see advice); send force to use it anyway"
+        )
     trucks = {name: Truck(**truck.calibrated.model_dump()) for name, truck in result.trucks.items()}
     vehicle = corrected_vehicle(vehicle_of(db, row), trucks)
     origin = vehicles.Origin(f"session {row.id}", made_by, row.id)

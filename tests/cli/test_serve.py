@@ -33,7 +33,23 @@ def test_a_key_is_made_listed_and_revoked(omnimate, tmp_path):
     assert key not in listed
     assert omnimate("key", "revoke", identity, *database).code == 0
     refused = omnimate("key", "revoke", "0000", *database)
-    assert (refused.code, "there is no key '0000'" in refused.err) == (1, True)
+    assert (refused.code, refused.out) == (1, "")
+    assert "there is no key '0000'; omnimate key list shows which there are" in refused.err
+
+
+@pytest.mark.parametrize("arguments", [("list",), ("revoke", "0000")])
+def test_keys_of_a_database_that_is_not_there_are_none_and_it_is_not_made(omnimate, tmp_path, arguments):
+    result = omnimate("key", *arguments, "--database", f"sqlite:///{tmp_path}/none.db")
+    assert (result.code, result.out) == (1, "")
+    assert "there is no such file" in result.err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["", " ", "x" * 101])
+def test_a_key_needs_a_name_that_can_be_listed(omnimate, tmp_path, name):
+    result = omnimate("key", "add", name, "--database", f"sqlite:///{tmp_path}/service.db")
+    assert (result.code, result.out) == (1, "")
+    assert "expected 1 to 100 characters" in result.err
 
 
 @pytest.fixture

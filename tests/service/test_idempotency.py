@@ -19,7 +19,7 @@ from omnimate.service.calls import (
     Call,
     act_once,
     digest_of,
-    storable_key,
+    storable,
     unanswered,
 )
 from omnimate.service.errors import ForbiddenError, StateError
@@ -87,8 +87,8 @@ def test_a_request_that_failed_may_be_sent_again_with_its_key(database):
 
 @given(key=st.text(min_size=1, max_size=600))
 def test_every_key_fits_into_the_table_and_equal_keys_stay_equal(key):
-    assert 0 < len(storable_key(key)) <= MAX_KEY_LENGTH
-    assert storable_key(key) == storable_key(key)
+    assert 0 < len(storable(key)) <= MAX_KEY_LENGTH
+    assert storable(key) == storable(key)
 
 
 @given(bodies=st.lists(st.binary(max_size=20), min_size=2, max_size=2, unique=True))
@@ -159,11 +159,24 @@ def test_a_key_belongs_to_its_caller_its_call_and_its_body(call):
 
 def test_only_a_caller_who_may_operate_changes_anything_and_its_key_is_kept(call):
     changing = asyncio.run(calls._operating(call, "key"))
-    assert changing == replace(call, key=storable_key("key"))
+    assert changing == replace(call, key=storable("key"))
     assert asyncio.run(calls._operating(call, None)) == call
     assert asyncio.run(calls._operating(call, "")) == call
     with pytest.raises(ForbiddenError, match="may only read"):
         asyncio.run(calls._operating(replace(call, caller=Caller("visitor", "read")), "key"))
+
+
+def test_a_key_stands_for_one_query(service, drive_zip):
+    def upload(name):
+        headers = {"Content-Type": "application/zip", "Idempotency-Key": "one upload"}
+        return service.post("/v1/recordings", params={"name": name}, content=drive_zip(0.5), headers=headers)
+
+    long = "\N{ROBOT FACE}" * 100  # 1200 characters of a query
+    first = upload(long)
+    assert (first.status_code, first.json()["name"]) == (201, long)
+    assert upload("another").status_code == 409
+    assert upload(f"{long[:-1]}!").status_code == 409
+    assert upload(long).json() == first.json()
 
 
 @pytest.mark.parametrize("remembered", [None, LOCAL])
@@ -177,7 +190,7 @@ def test_a_caller_that_is_not_remembered_is_identified_by_the_database(call, rem
     callers = SimpleNamespace(remembered=lambda _authorization, _age: remembered, identify=identify)
     components = SimpleNamespace(database=call.components.database, callers=callers)
     app = SimpleNamespace(state=SimpleNamespace(components=components))
-    request = SimpleNamespace(app=app, method="POST", url=SimpleNamespace(path="/v1/things"))
+    request = SimpleNamespace(app=app, method="POST", url=SimpleNamespace(path="/v1/things", query=""))
     for reading in (calls._reading, calls._stopping):
         assert asyncio.run(reading(request, "Bearer x")) == Call(components, LOCAL, None, "POST /v1/things")
     assert asked == ([] if remembered else [(components.database, "Bearer x")] * 2)
@@ -185,8 +198,8 @@ def test_a_caller_that_is_not_remembered_is_identified_by_the_database(call, rem
 
 def test_the_table_holds_the_longest_key_that_stays_as_it_is():
     assert AnswerRow.__table__.c.key.type.length == MAX_KEY_LENGTH
-    assert storable_key("k" * MAX_KEY_LENGTH) == "k" * MAX_KEY_LENGTH
-    assert len(storable_key("k" * (MAX_KEY_LENGTH + 1))) <= MAX_KEY_LENGTH
+    assert storable("k" * MAX_KEY_LENGTH) == "k" * MAX_KEY_LENGTH
+    assert len(storable("k" * (MAX_KEY_LENGTH + 1))) <= MAX_KEY_LENGTH
 
 
 def test_authorization_is_no_parameter_of_a_call_in_openapi():

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.service import limits
-from omnimate.service.limits import BURST_TIME, REMEMBERED_CALLERS, Limits
+from omnimate.service.limits import BURST_TIME, REMEMBERED_CALLERS, STOPS, Limits
 from omnimate.service.settings import Settings
 
 
@@ -64,6 +64,25 @@ def test_too_many_calls_are_refused_with_the_time_to_wait(tmp_path, serving, now
         answers = [client.get("/healthz") for _ in range(10)]
         assert answers[0].status_code == 200
         assert (answers[-1].status_code, answers[-1].headers["Retry-After"]) == (429, "1")
+
+
+def test_a_stop_is_accepted_from_an_address_whose_calls_are_used_up(tmp_path, serving, started, now):
+    """Whoever shares the address, behind a proxy too, may have used them up, also without a key."""
+    with serving(f"sqlite:///{tmp_path}/service.db") as client:
+        session = started(client)
+        object.__setattr__(client.components.settings, "rate", 1.0)
+        while client.get("/healthz").status_code != 429:
+            pass
+        assert client.post("/v1/robot/stop").status_code == 200
+        assert client.post(f"{session}/abort").json()["state"] == "aborted"
+        assert client.get(session).status_code == 429
+
+
+def test_every_call_that_stops_a_robot_is_known_to_the_limits(client):
+    calls = client.get("/openapi.json").json()["paths"]
+    stops = {path for path in calls if path.rpartition("/")[2] in {"stop", "abort"}}
+    assert stops == {path for path in calls if STOPS.fullmatch(path)}
+    assert stops == {"/v1/robot/stop", "/v1/umbmark/sessions/{session_id}/abort"}
 
 
 def test_the_same_site_is_accepted_and_no_other_is_invited(client):

@@ -1,6 +1,7 @@
 """Metrics for Prometheus: each count is that of what it counts."""
 
 from prometheus_client.parser import text_string_to_metric_families
+from sqlalchemy.exc import OperationalError
 
 
 def metrics(client):
@@ -35,6 +36,18 @@ def test_sessions_are_counted_by_state(client, started):
     started(client)
     client.post(f"{started(client)}/abort")
     assert (count("collecting") - before[0], count("aborted") - before[1]) == (1.0, 1.0)
+
+
+def test_the_robot_is_measured_also_while_the_database_is_away(client, monkeypatch):
+    def refuse():
+        raise OperationalError("select", {}, OSError("the database is away"))
+
+    assert metrics(client)["omnimate_database_up",] == 1.0
+    monkeypatch.setattr(client.components.database, "reading", refuse)
+    assert client.get("/metrics").status_code == 200
+    values = metrics(client)
+    assert (values["omnimate_database_up",], values["omnimate_bus_up",]) == (0.0, 1.0)
+    assert not {name for name, *_ in values} & {"omnimate_sessions", "omnimate_jobs"}
 
 
 def test_the_bus_and_each_of_its_nodes_are_counted(client, until):

@@ -65,6 +65,29 @@ def test_a_refused_request_is_answered_with_its_problem_detail(client, sessions,
     assert [wrong["where"] for wrong in problem.get("errors") or []] == case.get("where", [])
 
 
+JSON = {"Content-Type": "application/json"}
+
+
+@pytest.mark.parametrize("body", [b"\xff", b"\x1f\x8b\x08", b"[" * 100_000, b"9" * 10_000])
+def test_a_body_that_is_no_json_is_refused_with_what_is_expected(client, body):
+    answer = client.post("/v1/umbmark/sessions", content=body, headers=JSON)
+    assert answer.status_code == 422
+    assert answer.json()["errors"] == [
+        {"where": "body", "problem": "no JSON; expected JSON (RFC 8259) in UTF-8"}
+    ]
+
+
+@pytest.mark.parametrize(
+    ("encoding", "status"), [("gzip", 415), ("br", 415), ("gzip, br", 415), ("identity", 201)]
+)
+def test_a_body_is_taken_as_it_is_and_no_encoding_of_it(client, encoding, status):
+    answer = client.post("/v1/umbmark/sessions", content=b"{}", headers=JSON | {"Content-Encoding": encoding})
+    assert answer.status_code == status
+    assert status == 201 or answer.json()["detail"].startswith(
+        f"content encoding '{encoding}'; send the body"
+    )
+
+
 def test_a_method_that_a_path_does_not_have_is_answered_with_those_that_it_has(client):
     assert client.patch("/v1/vehicles").headers["allow"] == "GET, HEAD, POST"
 

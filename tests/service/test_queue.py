@@ -47,6 +47,12 @@ def test_a_job_needs_recordings_that_are_there(empty):
         add_job(db, ["rec", "none"], "local")
 
 
+def test_a_new_job_was_changed_when_it_was_created(empty):
+    with empty.writing() as db:
+        jobs = [add_job(db, ["rec"], "local") for _ in range(5)]
+        assert [job.changed - job.created for job in jobs] == [0.0] * 5
+
+
 def test_a_job_that_died_is_tried_again_and_then_fails_with_its_reason(empty):
     with empty.writing() as db:
         job_id = add_job(db, ["rec"], "local").id

@@ -38,6 +38,19 @@ def test_a_session_takes_every_square_of_a_recording(service, uploaded, started)
     assert wheelbase == pytest.approx(0.33617, abs=0.001)
 
 
+def test_a_session_takes_the_runs_of_a_recording_once_until_they_are_removed(service, uploaded, started):
+    body = {"recording": uploaded(service, 2.0)}
+    path = started(service, how="recordings", side=2.0)
+    assert service.post(f"{path}/samples", json=body).status_code == 201
+    again = service.post(f"{path}/samples", json=body)
+    assert (again.status_code, again.json()["possible"]) == (409, ["sample", "remove", "solve", "abort"])
+    assert "is in session" in again.json()["detail"]
+    assert len(service.get(path).json()["samples"]) == 2
+    for number in (1, 2):
+        service.delete(f"{path}/samples/{number}")
+    assert service.post(f"{path}/samples", json=body).status_code == 201
+
+
 def test_a_recording_of_another_robot_is_refused(client, squares, started):
     with zipfile.ZipFile(io.BytesIO(squares)) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}

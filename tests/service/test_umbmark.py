@@ -27,6 +27,11 @@ def test_a_session_by_hand_finds_the_true_sizes_and_makes_a_new_version(
     assert former.json()["toml"] == before.json()["toml"]
 
 
+def test_a_new_session_was_changed_when_it_was_created(service, started):
+    sessions = [service.get(started(service)).json() for _ in range(5)]
+    assert [session["changed"] - session["created"] for session in sessions] == [0.0] * 5
+
+
 def test_all_methods_stand_side_by_side_with_intervals_that_hold_the_truth(client, started, sampled):
     path = started(client, runs=5)
     sampled(client, path, 5, scatter=0.005)
@@ -64,6 +69,10 @@ def test_the_same_key_does_a_thing_once(service, started, manual_runs):
         ('{"side": NaN}', "body.side"),
         ('{"side": 1e308}', "body.side"),
         ('{"runs": 0}', "body.runs"),
+        ('{"side": true}', "body.side"),
+        ('{"side": "4"}', "body.side"),
+        ('{"runs": "5"}', "body.runs"),
+        ('{"speed": false}', "body.speed"),
         ("[]", "body"),
     ],
 )
@@ -99,7 +108,7 @@ def test_lists_are_read_page_by_page_newest_first(service, started):
         seen += [session["id"] for session in page["items"]]
         after = page["next"]
     assert seen[:5] == made[::-1]
-    assert service.get(SESSIONS, params={"after": "none"}).status_code == 404
+    assert service.get(SESSIONS, params={"after": "none"}).status_code == 422
 
 
 def test_a_vehicle_is_changed_only_by_who_saw_its_newest_version(service):

@@ -2,9 +2,11 @@
 
 import multiprocessing
 import time
+from contextlib import contextmanager
 
 import pytest
 
+from omnimate.service.jobs import worker
 from omnimate.service.store.tables import DiagnosisRow, RecordingRow
 
 PATH = "/v1/diagnoses"
@@ -68,6 +70,70 @@ def test_what_a_dead_service_worked_at_is_taken_up(client, recording, until):
         )  # fmt: skip
     until(lambda: client.get(f"{PATH}/orphan").json()["state"] == "done")
     assert client.get(f"{PATH}/orphan").json()["attempts"] == 2
+
+
+@pytest.fixture
+def ended(client, until):
+    """Return a function that makes a diagnosis, which begins once `meanwhile` was called, and returns it."""
+
+    def run(recordings, meanwhile=lambda: None):
+        with nothing_claimed():
+            location = client.post(PATH, json={"recordings": recordings}).headers["Location"]
+            meanwhile()
+        return until(lambda: (job := client.get(location).json())["state"] in ENDED and job)
+
+    return run
+
+
+@contextmanager
+def nothing_claimed():
+    """Let no worker claim a job."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(worker, "has_queued", lambda _db, _table: False)
+        yield
+
+
+@pytest.mark.parametrize("others", [0, 1])
+def test_a_diagnosis_fails_if_a_recording_was_deleted_before_it_and_is_made_when_it_is_back(
+    client, recording, uploaded, ended, others
+):
+    def wanted():
+        return [*[recording][:others], uploaded(client, 0.6, calibrated=True)]
+
+    first = wanted()
+    job = ended(first, lambda: client.delete(f"/v1/recordings/{first[-1]}"))
+    assert (job["state"], job["attempts"]) == ("failed", 1)
+    assert job["error"].startswith(f"recording {first[-1]} was deleted before it was diagnosed;")
+    again = ended(wanted())
+    assert (again["state"], again["attempts"]) == ("done", 1)
+
+
+def test_a_diagnosis_fails_if_the_file_of_a_recording_is_deleted_before_it_is_read(client, uploaded, ended):
+    """The row goes first: a worker may find it, and the file no more."""
+    unread = uploaded(client, 0.7, calibrated=True)
+    job = ended([unread], lambda: client.components.recordings.delete(unread))
+    assert (job["state"], "was deleted" in job["error"]) == ("failed", True)
+
+
+def test_a_job_that_cannot_start_fails_at_once_with_a_sentence(client, undiagnosed, ended, monkeypatch):
+    def start(*_arguments):
+        raise PermissionError("/srv/secret")
+
+    monkeypatch.setattr(client.components.worker._jobs, "start", start)
+    job = ended([undiagnosed])
+    assert (job["state"], job["attempts"]) == ("failed", 1)
+    assert job["error"] == "the diagnosis could not start: PermissionError; the log of the service says more"
+
+
+def test_a_recording_that_is_given_twice_is_refused(client, recording):
+    answer = client.post(PATH, json={"recordings": [recording, recording]})
+    assert answer.status_code == 422
+    assert answer.json()["errors"] == [
+        {
+            "where": "body.recordings",
+            "problem": f"recording {recording} is given twice; expected each of them once",
+        }
+    ]
 
 
 def test_a_cancelled_diagnosis_ends(client, undiagnosed, until):
