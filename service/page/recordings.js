@@ -48,7 +48,7 @@ function recordingRow(recording) {
     showChosen();
   });
   return row(
-    box, el("b", {}, name), recording.vehicle, lasting(recording.seconds), counted(recording.laps, t("lap"), t("laps")), counted(recording.poses, t("fix"), t("fixes")),
+    box, el("b", { class: "name" }, name), el("span", { class: "name" }, recording.vehicle), lasting(recording.seconds), counted(recording.laps, t("lap"), t("laps")), counted(recording.poses, t("fix"), t("fixes")),
     bytes(recording.size), when(recording.created),
     el("span", { class: "buttons" },
       action(t("Learned"), name, () => showRecordingLearned(id, name)),

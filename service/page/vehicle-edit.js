@@ -26,7 +26,7 @@ export function showVehicleForm(newest, typed = {}) {
   say($("edit-message"));
   fields = sizesOf(vehicle).map((size) => {
     const id = `edit-${size.table}-${size.key}`.replaceAll(/[._]/g, "-");
-    const shown = Number((1000 * size.value).toPrecision(12));
+    const shown = Number((1000 * size.value).toFixed(4));
     const input = el("input", {
       id, type: "number", step: "any", value: typed[id] ?? shown, required: true, "aria-describedby": `${id}-message`, "data-where": `${size.table}.${size.key}`, oninput: check,
     });
