@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from omnimate.calib.umbmark.experiment import experiment_of_recordings
 from omnimate.files.recordings.folder import load_recording
 from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.store import folder_of, make_key
-from omnimate.fleet.batch.tables import TABLES, encode_columns
+from omnimate.fleet.batch.tables import TABLES, decode_rows, encode_columns
 from omnimate.fleet.features import (
     MIN_SEGMENTS,
     crossing_columns,
@@ -50,8 +50,20 @@ RECORDING_TABLES = ("crossings", "ways", "numbers", "recordings")
 DIAGNOSED_PART = 60.0
 
 
-def process_recording(store: str, results: str, stored: StoredRecording, *, diagnosed: bool) -> Status:
-    """Write the results of one recording; return `known` if they exist already, else `done`.
+class Processed(NamedTuple):
+    """The outcome of one recording.
+
+    Attributes:
+        status: Whether its results have been written now, or existed already.
+        error: Why it cannot be read; None where it can.
+    """
+
+    status: Status
+    error: str | None
+
+
+def process_recording(store: str, results: str, stored: StoredRecording, *, diagnosed: bool) -> Processed:
+    """Write the results of one recording unless they exist already.
 
     Args:
         store: Folder or URL of the store.
@@ -66,8 +78,9 @@ def process_recording(store: str, results: str, stored: StoredRecording, *, diag
     target = open_files(results)
     with folder_of(open_files(store), stored) as (folder, version):
         key = make_key(version, diagnosed=diagnosed)
-        if target.glob(_path("recordings", stored, key)):
-            return "known"
+        path = _path("recordings", stored, key)
+        if target.glob(path):
+            return Processed("known", decode_rows(target.read(path))[0]["error"])
         tables = _make_tables(folder, diagnosed=diagnosed)
     tables["recordings"] |= {name: [value] for name, value in {"key": key, **version}.items()}
     for table in RECORDING_TABLES:
@@ -75,7 +88,7 @@ def process_recording(store: str, results: str, stored: StoredRecording, *, diag
         columns = {"recording": [stored.name] * count, **tables[table]}
         target.write(_path(table, stored, key), encode_columns(table, columns))
     _delete_old_results(target, stored, key)
-    return "done"
+    return Processed("done", tables["recordings"]["error"][0])
 
 
 def _path(table: str, stored: StoredRecording, key: str) -> str:
