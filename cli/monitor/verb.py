@@ -73,6 +73,8 @@ def monitor(
         raise CallError("monitor watches either a bus (--bus URL) or a log; give one of them")
     if screenshot is not None and seconds is None:
         raise CallError("--screenshot needs --seconds, after which the picture is drawn")
+    if screenshot is not None and screenshot.suffix.lower() != ".svg":
+        raise CallError(f"--screenshot {screenshot}: expected a name with .svg")
     no_color = no_color or (screenshot is None and bool(os.environ.get("NO_COLOR")))
     robot = vehicle_of(vehicle, source)
     known = descriptions(robot, dbc or (), eds or ())
@@ -102,6 +104,8 @@ def monitor(
             with err.status("watching"):
                 _wait(watch, seconds)
             _print(watch.snapshot, known, name, rate, Wanted.of(show))
+    if screenshot is not None:
+        say(f"written: {screenshot}")
     for log in logs[-1:]:
         report_problems(log)
     if out.is_terminal:
