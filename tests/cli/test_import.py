@@ -146,3 +146,17 @@ def test_an_exported_drive_is_imported_with_its_poses(omnimate, small_drive, tmp
     assert after.body.tolist() == before.body.tolist()
     assert after.time == pytest.approx(before.time, abs=1e-6)
     assert after.pose == pytest.approx(before.pose, abs=1e-6)
+
+
+@pytest.mark.parametrize("text", ["", "buy oil\n", "(1.000000) can0 7FF#00\n"])
+@pytest.mark.parametrize("is_there", [False, True])
+def test_a_log_that_cannot_be_imported_leaves_nothing_new(omnimate, tmp_path, text, is_there):
+    (tmp_path / "vehicle.toml").write_text(VEHICLE)
+    (tmp_path / "drive.log").write_text(text)
+    out = tmp_path / "out"
+    if is_there:
+        out.mkdir()
+    vehicle = tmp_path / "vehicle.toml"
+    assert omnimate("import", "log", tmp_path / "drive.log", out, "--vehicle", vehicle).code == 1
+    assert out.exists() == is_there
+    assert list(out.glob("*")) == []
