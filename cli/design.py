@@ -20,15 +20,21 @@ if TYPE_CHECKING:
 
 
 def design(
-    length: Annotated[float, typer.Option(help="Length of the free rectangle [m].", min=0.5)] = 14.0,
-    width: Annotated[float, typer.Option(help="Width of the free rectangle [m].", min=0.5)] = 4.0,
-    metres: Annotated[float, typer.Option(help="How far the wheels may roll [m].", min=1.0)] = 160.0,
+    length: Annotated[
+        float, typer.Option(help="Length of the free rectangle [m].", min=0.5, max=100.0)
+    ] = 14.0,
+    width: Annotated[float, typer.Option(help="Width of the free rectangle [m].", min=0.5, max=100.0)] = 4.0,
+    metres: Annotated[
+        float, typer.Option(help="How far the wheels may roll [m].", min=1.0, max=1000.0)
+    ] = 160.0,
     heading: Annotated[
         bool, typer.Option("--heading", help="Absolute headings can be measured, in addition to positions.")
     ] = False,
     heading_sigma: Annotated[
         float,
-        typer.Option(help="Standard deviation of a heading [deg]; motion capture at rest has 0.02."),
+        typer.Option(
+            help="Standard deviation of a heading [deg]; motion capture at rest has 0.02.", min=1e-4, max=45.0
+        ),
     ] = 0.02,
     roughness: Annotated[
         float,

@@ -47,6 +47,7 @@ def drive_program(
     journal, runner = Journal(program, recorder), Runner(program, driver.vehicle)
     screen = _Screen(program.directions)
     driver.enable()
+    driver.end_after(seconds)
     with progress_bar(program.protocol) as progress:
         start, began = None, time.monotonic()
         for count, moment in enumerate(drive(driver, runner, driver.vehicle, journal, fix)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import math
 import signal
 import sys
 from dataclasses import replace
@@ -92,6 +93,11 @@ def dump(
     for kind in kinds or ():
         if kind not in KINDS:
             raise typer.BadParameter(f"--kind {kind}: expected one of {', '.join(KINDS)}")
+    for option, time in (("--from", begin), ("--to", end)):
+        if time is not None and math.isnan(time):
+            raise typer.BadParameter(f"{option} nan: expected a time after the first frame, in seconds")
+    if begin is not None and end is not None and begin > end:
+        raise typer.BadParameter(f"--from {begin:g} is after --to {end:g}; expected it to be before")
     wanted = FrameFilter(
         tuple(IdentifierRule.of(text) for text in identifiers or ()),
         tuple(nodes or ()),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -41,12 +43,15 @@ def log(
     from omnimate.vehicle.file import load_vehicle
 
     stream = LogStream(source)
-    with progress_bar("reading") as watch:
-        done = import_log(stream, load_vehicle(vehicle), to, watch)
-    report_problems(stream)
-    if done.fd_frames:
-        report_problem(f"{source}: {done.fd_frames} CAN FD frames left out; recordings hold classical CAN")
-    _report_recording(load(to), to)
+    with _removed_on_failure(to):
+        with progress_bar("reading") as watch:
+            done = import_log(stream, load_vehicle(vehicle), to, watch)
+        report_problems(stream)
+        if done.fd_frames:
+            report_problem(
+                f"{source}: {done.fd_frames} CAN FD frames left out; recordings hold classical CAN"
+            )
+        _report_recording(load(to), to)
 
 
 @app.command()
@@ -100,6 +105,20 @@ def rosbag(
         warn(note)
     save_recording(imported.recording, to)
     _report_recording(imported.recording, to)
+
+
+@contextlib.contextmanager
+def _removed_on_failure(folder: Path) -> Iterator[None]:
+    """Remove a folder, or the files in it, that were not there before, where the import fails."""
+    is_new, before = not folder.exists(), set(folder.glob("*"))
+    try:
+        yield
+    except BaseException:
+        for path in set(folder.glob("*")) - before:
+            path.unlink()
+        if is_new and folder.exists():
+            folder.rmdir()
+        raise
 
 
 def _plan(

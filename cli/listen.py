@@ -11,7 +11,7 @@ import typer
 
 from omnimate.cli.console import progress_bar, say, warn
 from omnimate.cli.errors import CallError
-from omnimate.cli.loading import frames_on_bus, log_of
+from omnimate.cli.loading import frames_on_bus, log_of, report_problems
 from omnimate.cli.options import OptionalLogSource
 from omnimate.files.logs.frames import Frames, frames_of
 
@@ -77,8 +77,7 @@ def _read_frames(path: Path) -> Frames:
     from omnimate.files.logs.reading import read_log
 
     log = read_log(log_of(path))
-    for problem in log.blocks.problems():
-        warn(problem)
+    report_problems(log.blocks)
     return log.frames
 
 

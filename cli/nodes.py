@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from omnimate.cli.console import out
+from omnimate.cli.console import out, report_problem
 from omnimate.cli.errors import CallError
 from omnimate.cli.options import AsJson, Bus, Force
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from omnimate.driver.conformance.probe import Probe, Reply
 
 ALL = 0
+BOOT_UP = 0  # NMT state
 HEARTBEAT_WAIT = 1.5  # [s]; assumption: most devices send a heartbeat each second or more often
 BOOT_WAIT = 3.0  # [s] after a reset; assumption
 NAMES = ("vendor", "product", "revision", "serial")
@@ -51,14 +52,23 @@ def nmt(
     with open_probe(bus, number, force=force) as probe:
         probe.send(0x000, bytes([CODES[command], number]))
         replies = probe.listen(waited, lambda reply: number != ALL and reply.can_id == 0x700 + number)
-    states = {node: nmt_state_in_words(state) for node, state in sorted(_states(replies).items())}
+    states = {
+        node_id: nmt_state_in_words(state)
+        for node_id, state in sorted(_states(replies).items())
+        # a device that has got another node id boots up with that one
+        if number in {ALL, node_id} or (command.startswith("reset") and state == BOOT_UP)
+    }
+    if not states:
+        of = bus if number == ALL else f"node {number}"
+        report_problem(
+            f"{of}: no heartbeat within {waited:g} s after the command; check that the node is there, and "
+            "that 1017h is not 0"
+        )
     if as_json:
         out.print(json.dumps({str(node): state for node, state in states.items()}))
         return
     for node_id, state in states.items():
         out.print(f"node {node_id}: {state}")
-    if not states:
-        out.print(f"sent; no heartbeat within {waited:g} s")
 
 
 @lss.command()

@@ -55,7 +55,7 @@ def record(
 ) -> None:
     """Read the encoders of a robot from its bus and write a recording, until Ctrl-C."""
     from omnimate.cli.driving import drive_program
-    from omnimate.driver.errors import DrivesStopped
+    from omnimate.driver.errors import BusError, DrivesStopped, NoSync
     from omnimate.driver.robot.passive import PassiveReader
     from omnimate.driver.robot.recorder import Recorder
     from omnimate.vehicle.errors import RecordingError
@@ -76,25 +76,28 @@ def record(
     except BaseException:
         recorder.discard()
         raise
-    failure: DrivesStopped | RecordingError | None = None
+    failure: BusError | DrivesStopped | NoSync | RecordingError | None = None
     try:
         with _closing(recorder, reader), contextlib.suppress(KeyboardInterrupt):
             say(f"{'listening' if listen_only else 'reading'}: {bus}; Ctrl-C ends it")
             if program is not None and not isinstance(reader, PassiveReader):
                 drive_program(reader, program, recorder, seconds=seconds)
             else:
+                reader.end_after(seconds)
                 _follow(reader.samples(), robot, seconds)
-    except (DrivesStopped, RecordingError) as error:
+    except (BusError, DrivesStopped, NoSync, RecordingError) as error:
         failure = error
     if reader.report().syncs == 0:
+        if failure is not None:
+            raise CallError(f"{failure}; nothing was recorded") from failure
         recorder.discard()
         raise CallError(f"{bus}: ended before the first SYNC; nothing was recorded")
     show_report(reader.report())
     say(f"recording: {folder}")
-    if isinstance(failure, RecordingError):
-        raise failure
-    if failure is not None:
+    if isinstance(failure, DrivesStopped):
         raise CallError(f"{failure}: {_same_call(folder)}") from failure
+    if failure is not None:
+        raise failure
 
 
 def _check_listening(listen_only: bool, drive: Protocol | None, flight_recorder: Path | None) -> None:

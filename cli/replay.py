@@ -13,6 +13,7 @@ import typer
 
 from omnimate.cli.console import err, out, say
 from omnimate.cli.descriptions import vehicle_of
+from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of, read_drive, report_problems
 from omnimate.cli.options import LogSource, check_out_file
 from omnimate.cli.robots import nominal_vehicle
@@ -58,15 +59,21 @@ def replay(
         return
     from omnimate.files.recordings.events_jsonl import EVENTS
     from omnimate.vehicle.atomic import write_text
+    from omnimate.vehicle.errors import RecordingError
     from omnimate.vehicle.trajectories import format_trajectories, trajectories
 
     robot = vehicle_of(vehicle) if source.is_dir() else nominal_vehicle(vehicle)
     if (source / EVENTS).exists():
         _show_timeline(source, robot, frames)
-    loaded = read_drive(source, robot, _show_log)
-    recording = loaded.recording
-    _show_pdos(loaded.assembly)
-    paths = trajectories(recording)
+    try:
+        loaded = read_drive(source, robot, _show_log)
+        recording = loaded.recording
+        _show_pdos(loaded.assembly)
+        paths = trajectories(recording)
+    except RecordingError as error:
+        if vehicle is None and not source.is_dir():
+            raise CallError(f"{error}; that is the reference robot's: give --vehicle for another") from error
+        raise
     _show_paths(recording, paths)
     if csv is not None:
         write_text(csv, format_trajectories(paths))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.fleet.batch.store import is_date
 from omnimate.fleet.batch.tables import decode_columns, decode_rows
 from omnimate.fleet.errors import FleetError
 from omnimate.fleet.features import features_from_tables
@@ -49,7 +50,8 @@ def judge_day(
     Raises:
         FleetError: There are no results of that day, or no recording has two absolute poses.
     """
-    paths = files.glob("recordings/robot=*/day=*/*.parquet")
+    found = files.glob("recordings/robot=*/day=*/*.parquet")
+    paths = [path for path in found if is_date(_partition(path)["day"])]
     days = sorted({_partition(path)["day"] for path in paths})
     if not days:
         raise FleetError("results", "no results; run `omnimate fleet run STORE` first")
@@ -68,6 +70,8 @@ def judge_day(
     if not features:
         raise FleetError("results", "no recording with two absolute poses or more; docks suffice")
     report = make_report(last, rows, features, read_places_before(files, last))
+    undated = tuple(_describe_undated(path) for path in found if not is_date(_partition(path)["day"]))
+    report = replace(report, failed=report.failed + undated)
     write_report(files, report)
     return report
 
@@ -164,6 +168,13 @@ def _count_cells(recordings: Sequence[RecordingFeatures]) -> Array:
 def _days_before(day: str, count: int) -> str:
     """Return the first of `count` days of which `day` is the last."""
     return (date.fromisoformat(day) - timedelta(days=count - 1)).isoformat()
+
+
+def _describe_undated(path: str) -> tuple[str, str, str]:
+    """Return robot, recording and problem of results whose day is no date."""
+    named = _partition(path)
+    recording = path.rpartition("/")[2].rpartition("-")[0]
+    return named["robot"], recording, f"its day {named['day']} is no date; expected YYYY-MM-DD"
 
 
 def _partition(path: str) -> dict[str, str]:

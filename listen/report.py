@@ -109,6 +109,8 @@ def _message(learned: LearnedMessage, meanings: dict[str, Meaning], *, reasons: 
 
 def _sending(learned: LearnedMessage) -> str:
     sending = learned.sending
+    if len(learned.message.time) < 2:
+        return "sent once; what triggers it is not identified"
     if sending.cause == "SYNC":
         syncs = "every SYNC" if sending.every == 1 else f"one of {sending.every} SYNCs"
         return (

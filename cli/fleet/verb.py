@@ -14,6 +14,8 @@ app = typer.Typer(
     no_args_is_help=True,
 )
 
+MAX_UNREADABLE_SHOWN = 5
+
 Results = Annotated[
     str | None, typer.Option("--out", help="Folder or URL of the results; STORE/results by default.")
 ]
@@ -78,9 +80,14 @@ def run(
             workers=Workers(jobs, scheduler, memory),
             progress=progress,
         )
-    say(f"{outcome.done} recordings processed, {outcome.known} known before")
-    for stored, why in outcome.failed:
+    unreadable = f"; {len(outcome.unreadable)} could not be read" if outcome.unreadable else ""
+    say(f"{outcome.done} recordings processed, {outcome.known} known before{unreadable}")
+    for stored, why in (*outcome.failed, *outcome.unreadable[:MAX_UNREADABLE_SHOWN]):
         report_problem(f"{stored.partition}/{stored.name}: {why}")
+    if len(outcome.unreadable) > MAX_UNREADABLE_SHOWN:
+        report_problem(f"and {len(outcome.unreadable) - MAX_UNREADABLE_SHOWN} more could not be read")
+    for folder in outcome.undated:
+        report_problem(f"{folder}: its day is no date, so that it is left out; expected day=YYYY-MM-DD")
 
 
 @app.command("report")

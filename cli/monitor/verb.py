@@ -12,7 +12,7 @@ import typer
 from omnimate.cli.console import err, out, say
 from omnimate.cli.descriptions import descriptions, vehicle_of
 from omnimate.cli.errors import CallError
-from omnimate.cli.loading import log_of
+from omnimate.cli.loading import log_of, report_problems
 from omnimate.cli.options import DbcFiles, EdsFiles
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from omnimate.cli.monitor.lines import Wanted
     from omnimate.driver.robot.watch.bus_watch import BusWatch, Opener
     from omnimate.driver.robot.watch.snapshot import Snapshot
+    from omnimate.files.logs.streaming import LogStream
     from omnimate.vehicle.parameters import VehicleParameters
 
 SCREEN = (80, 24)  # characters of a picture
@@ -72,6 +73,8 @@ def monitor(
         raise CallError("monitor watches either a bus (--bus URL) or a log; give one of them")
     if screenshot is not None and seconds is None:
         raise CallError("--screenshot needs --seconds, after which the picture is drawn")
+    if screenshot is not None and screenshot.suffix.lower() != ".svg":
+        raise CallError(f"--screenshot {screenshot}: expected a name with .svg")
     no_color = no_color or (screenshot is None and bool(os.environ.get("NO_COLOR")))
     robot = vehicle_of(vehicle, source)
     known = descriptions(robot, dbc or (), eds or ())
@@ -79,7 +82,8 @@ def monitor(
     has_screen = out.is_terminal or screenshot is not None
     if pace is None:  # without a screen or an end, the log is read at once
         pace = 1.0 if has_screen or seconds is not None else AT_ONCE
-    opened = _opener(source, bus, pace, rate)
+    logs: list[LogStream] = []
+    opened = _opener(source, bus, pace, rate, logs)
     name = str(bus or source)
     with BusWatch(opened, robot) as watch:
         if has_screen:
@@ -100,13 +104,19 @@ def monitor(
             with err.status("watching"):
                 _wait(watch, seconds)
             _print(watch.snapshot, known, name, rate, Wanted.of(show))
+    if screenshot is not None:
+        say(f"written: {screenshot}")
+    for log in logs[-1:]:
+        report_problems(log)
     if out.is_terminal:
         last = watch.snapshot
         err.print(f"{last.frames} frames in {last.since:.0f} s", markup=False)
 
 
-def _opener(source: Path | None, bus: str | None, pace: float, bitrate: int | None) -> Opener:
-    """Return what opens the bus, or the log as a bus."""
+def _opener(
+    source: Path | None, bus: str | None, pace: float, bitrate: int | None, logs: list[LogStream]
+) -> Opener:
+    """Return what opens the bus, or the log as a bus; then the log is appended to `logs`."""
     if bus is not None:
         from omnimate.driver.bus.bus import open_bus
 
@@ -117,7 +127,12 @@ def _opener(source: Path | None, bus: str | None, pace: float, bitrate: int | No
     assert source is not None  # one of the two is given
     log = log_of(source)
     next(iter(LogStream(log)))  # refuse a file that is no log before the screen opens
-    return lambda: LogBus(LogStream(log), pace)
+
+    def open_log() -> LogBus:
+        logs.append(LogStream(log))
+        return LogBus(logs[-1], pace)
+
+    return open_log
 
 
 def _bitrate(bus: str | None, robot: VehicleParameters | None) -> int | None:

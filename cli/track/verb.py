@@ -139,6 +139,7 @@ def _track_bus(
     from omnimate.cli.driver_reports import report_problems
 
     reader, _ = open_reader(tracker.vehicle, bus, listen_only=listen_only)
+    reader.end_after(seconds)
     with reader, contextlib.suppress(KeyboardInterrupt):
         follow_robot(reader.samples(), tracker, writer, seconds=seconds, every=every)
     report_problems(reader.report())

@@ -16,6 +16,7 @@ from omnimate.calib.umbmark.floor import floor_roughness
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
 from omnimate.cli.console import warn
 from omnimate.cli.loading import load
+from omnimate.files.recordings.folder import VEHICLE, log_path
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -70,7 +71,7 @@ def load_cases(
         source = _folder_of_log(given)
         if source.is_file():
             cases.append(_table_case(source, truck or "a", side, vehicle))
-        elif (source / "vehicle.toml").is_file():
+        elif (source / VEHICLE).is_file():
             folders.append(source)
         else:
             raise CalibrationError(source, "expected a recording folder or a CSV table of return errors")
@@ -82,15 +83,20 @@ def load_cases(
 
 
 def _folder_of_log(source: Path) -> Path:
-    """Return the recording folder whose log is given, as every verb that reads logs does; else the source.
+    """Return the recording folder whose log is given; else the source.
 
     Raises:
-        CalibrationError: A log is given that is in no recording folder.
+        CalibrationError: A log is given that is not that of a recording folder.
     """
     if not LOG_SUFFIXES & set(source.suffixes):
         return source
-    if (source.parent / "vehicle.toml").is_file():
-        return source.parent
+    if (source.parent / VEHICLE).is_file():
+        own = log_path(source.parent)
+        if source.name == own.name:
+            return source.parent
+        raise CalibrationError(
+            source, f"the log of the recording folder {source.parent} is {own.name}; give that or the folder"
+        )
     raise CalibrationError(
         source,
         "a log alone has neither laps nor absolute poses: give the recording folder that `omnimate record` "

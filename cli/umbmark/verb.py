@@ -19,7 +19,9 @@ def umbmark(
         typer.Argument(help="Recording folders, or a CSV table of return errors.", exists=True),
     ],
     truck: OneTruck = None,
-    side: Annotated[float | None, typer.Option(help="Side of the square [m]; a table needs it.")] = None,
+    side: Annotated[
+        float | None, typer.Option(help="Side of the square [m]; a table needs it.", min=0.5, max=100.0)
+    ] = None,
     vehicle: Annotated[
         Path | None,
         typer.Option(help="vehicle.toml that the odometry was calculated with; a table needs it."),

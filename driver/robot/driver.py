@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Self
@@ -108,6 +109,7 @@ class Driver:
         self._recovery = Recovery(self._encoders.configure, self._events, inline=self._clock.inline)
         self._wheels = StallDetector(vehicle)
         self._patience, self._checked = patience, self._clock.now()
+        self._end = math.inf  # time after which a lost bus is not waited for [s]
         self._syncs = 0
 
     @property
@@ -172,6 +174,10 @@ class Driver:
     def stop(self) -> None:
         """Command speed zero, at any time."""
         self.drives.stop()
+
+    def end_after(self, seconds: float | None) -> None:
+        """Wait for a lost bus until so long from now at most [s]; None for as long as `patience`."""
+        self._end = math.inf if seconds is None else self._clock.now() + seconds
 
     def samples(self) -> Iterator[Sample]:
         """Yield a sample per SYNC, without end; errors as of `cycle`."""
@@ -327,7 +333,7 @@ class Driver:
         """Open a lost bus again, with longer and longer pauses, and have every node configured again.
 
         Raises:
-            BusError: The bus does not come back within `patience`.
+            BusError: The bus does not come back within `patience`, or before the end.
             BusLost: The caller owns the bus.
         """
         before = self._clock.now()
@@ -346,16 +352,18 @@ class Driver:
 
     def _reopen(self, url: str, lost: BusLost) -> can.BusABC:
         delay, waited = FIRST_DELAY, 0.0
-        while waited < self._patience:
-            self._clock.sleep(delay)
-            waited += delay
+        patience = min(self._patience, self._end - self._clock.now())
+        while waited < patience:
+            pause = min(delay, patience - waited)
+            self._clock.sleep(pause)
+            waited += pause
             try:
                 return open_bus(url, self.vehicle.bus.bitrate)
             except BusError:
                 delay = min(2.0 * delay, LONGEST_DELAY)
         raise BusError(
             url,
-            f"lost ({lost.cause}), and not back within {self._patience:g} s; "
+            f"lost ({lost.cause}), and not back within {max(patience, 0.0):.3g} s; "
             "check the adapter, its cable and the power of the bus",
         )
 

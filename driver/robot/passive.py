@@ -6,6 +6,7 @@ none, with the PDO of the vehicle that came first.
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING, Self
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.sample import Sample
 
+LAST_WAIT = 0.2  # [s] in which a sample at the end of the time is still closed by the next one
 SYNC_WAIT = 1.0  # [s] from the first PDO to SYNC, at the latest; masters produce ten per second or more
 
 
@@ -74,6 +76,7 @@ class PassiveReader:
         self._monitor.others = masters.__contains__
         for node in nodes:
             self._monitor.supervision.started(node, None)
+        self._seconds = math.inf  # [s] after which the source counts as ended
         self._syncs = 0
         self._opener: int | None = None  # COB-ID of what begins a sample
         self._first: tuple[int, float] | None = None  # COB-ID of the first PDO, and when it came
@@ -83,6 +86,10 @@ class PassiveReader:
 
     def __exit__(self, *_error: object) -> None:
         self.close()
+
+    def end_after(self, seconds: float | None) -> None:
+        """End `samples` so long after it began to wait, then after the first SYNC or PDO [s]; None: never."""
+        self._seconds = math.inf if seconds is None else seconds
 
     def samples(self, idle: float = 2.0, patience: float = 30.0) -> Iterator[Sample]:
         """Yield a sample per SYNC, each when the next SYNC shows that it is over.
@@ -110,20 +117,27 @@ class PassiveReader:
                 assembler.node_started(message.data[1] if len(message.data) == 2 else 0)
             self._monitor.take(message, arrival)
         if not self._syncs:
-            raise NoSync(patience)
+            raise NoSync(min(patience, self._seconds))
         yield self._close()
 
     def _frames(self, idle: float, patience: float) -> Iterator[tuple[can.Message, float]]:
         """Yield frames and when they were on the bus, as soon as it is known if they open a sample."""
         early: list[tuple[can.Message, float]] = []
         last_heard = time.monotonic()
-        while time.monotonic() - last_heard < (idle if self._opener == SYNC_ID else patience):
-            message = self._receive(min(idle, SYNC_WAIT))
+        end = last_heard + self._seconds
+        while True:
+            silence = idle if self._opener == SYNC_ID else patience
+            left = min(last_heard + silence, end) - time.monotonic()
+            if left <= 0.0:
+                break
+            message = self._receive(min(idle, SYNC_WAIT, left))
             identifier = None if message is None else _identifier(message)
             if message is not None:
                 early.append((message, self._network.arrival))
             if self._opener is None:
                 self._opener = self._find_opener(identifier)
+                if self._opener is not None:
+                    end = time.monotonic() + self._seconds + LAST_WAIT
             is_heard = identifier == SYNC_ID or (message is not None and self._opener != SYNC_ID)
             if self._opener is not None and is_heard:
                 last_heard = time.monotonic()

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from omnimate.fleet.batch.store import StoredRecording
-    from omnimate.fleet.batch.work import Status
+    from omnimate.fleet.batch.work import Processed
 
 RETRIES = 3  # further attempts for a recording whose files could not be read, or whose worker ended
 MEMORY = "1.5GiB"  # memory limit of a worker, which processes one recording at a time
@@ -49,18 +49,19 @@ class BatchResult:
     Attributes:
         done: Number of recordings that were processed.
         known: Number of recordings whose results existed already.
-        failed: Recordings that were not processed, each with the reason.
-        unreadable: Recordings that were processed, now or before, but could not be read, each with the
-            reason, which also stands in their results.
+        failed: Recordings without results, each with the reason.
+        unreadable: Recordings of `done` and `known` that cannot be read, each with the reason.
+        undated: Folders whose day is no date, and whose recordings are left out.
     """
 
     done: int
     known: int
     failed: tuple[tuple[StoredRecording, str], ...]
     unreadable: tuple[tuple[StoredRecording, str], ...]
+    undated: tuple[str, ...]
 
 
-Outcome = tuple["StoredRecording", "tuple[Status, str | None] | Exception"]
+Outcome = tuple["StoredRecording", "Processed | Exception"]
 
 
 def run_batch(
@@ -86,7 +87,7 @@ def run_batch(
         FleetError: The store has no recording, or a library is missing.
     """
     parquet_libraries()  # names a missing extra before anything is computed
-    recordings = recordings_in(open_files(store), day or "*")
+    recordings, undated = recordings_in(open_files(store), day or "*")
     workers = workers or Workers()
     if workers.jobs == 1 and workers.scheduler is None:
         outcomes = _in_process(store, results, recordings, diagnosed)
@@ -97,12 +98,13 @@ def run_batch(
         if isinstance(outcome, Exception):
             failed.append((stored, f"{type(outcome).__name__}: {outcome}"))
         else:
-            status, problem = outcome
-            counts[status] += 1
-            if problem is not None:
-                unreadable.append((stored, problem))
+            counts[outcome.status] += 1
+            if outcome.error is not None:
+                unreadable.append((stored, outcome.error))
         progress(number, len(recordings))
-    return BatchResult(counts["done"], counts["known"], tuple(sorted(failed)), tuple(sorted(unreadable)))
+    return BatchResult(
+        counts["done"], counts["known"], tuple(sorted(failed)), tuple(sorted(unreadable)), undated
+    )
 
 
 def _in_process(

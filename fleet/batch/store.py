@@ -6,6 +6,7 @@ import hashlib
 import tempfile
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -50,24 +51,41 @@ def make_key(version: Mapping[str, str], *, diagnosed: bool) -> str:
     return _hash("\n".join(parts).encode())[:KEY_LENGTH]
 
 
-def recordings_in(files: Files, day: str) -> list[StoredRecording]:
-    """Return the recordings of a store, of one day (YYYY-MM-DD) or of all ("*"), in the order of their paths.
+def is_date(day: str) -> bool:
+    """Return whether a text is a date, YYYY-MM-DD."""
+    try:
+        return date.fromisoformat(day).isoformat() == day
+    except ValueError:
+        return False
+
+
+def recordings_in(files: Files, day: str) -> tuple[list[StoredRecording], tuple[str, ...]]:
+    """Return the recordings of a store in the order of their paths, and the folders whose day is no date.
+
+    Args:
+        files: The store.
+        day: Day of the recordings, YYYY-MM-DD; "*" for all.
 
     Raises:
-        FleetError: There is none.
+        FleetError: There is no recording.
     """
-    found = []
+    found, undated = [], []
     for path in files.glob(f"robot=*/day={day}/*/{VEHICLE}"):
-        robot, date, name, _ = path.split("/")
-        found.append(StoredRecording(robot.removeprefix("robot="), date.removeprefix("day="), name))
+        robot, of_day, name, _ = path.split("/")
+        stored = StoredRecording(robot.removeprefix("robot="), of_day.removeprefix("day="), name)
+        if is_date(stored.day):
+            found.append(stored)
+        else:
+            undated.append(stored.partition)
     if not found:
         raise FleetError(
             files.url,
-            f"no recording{'' if day == '*' else f' of {day}'}; expected recording folders under "
+            f"no recording{'' if day == '*' else f' of {day}'}"
+            f"{f' ({undated[0]} is of no date)' if undated else ''}; expected recording folders under "
             "robot=NAME/day=YYYY-MM-DD/, such as robot=tug-1/day=2026-03-02/lap-1/ with can.log and "
             "vehicle.toml: move yours there, or write an example with `omnimate fleet simulate FOLDER`",
         )
-    return found
+    return found, tuple(dict.fromkeys(undated))
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -50,12 +50,20 @@ RECORDING_TABLES = ("crossings", "ways", "numbers", "recordings")
 DIAGNOSED_PART = 60.0
 
 
-def process_recording(
-    store: str, results: str, stored: StoredRecording, *, diagnosed: bool
-) -> tuple[Status, str | None]:
-    """Write the results of one recording.
+class Processed(NamedTuple):
+    """The outcome of one recording.
 
-    Return `known` if they exist already, else `done`, and why it could not be read; None where it was.
+    Attributes:
+        status: Whether its results have been written now, or existed already.
+        error: Why it cannot be read; None where it can.
+    """
+
+    status: Status
+    error: str | None
+
+
+def process_recording(store: str, results: str, stored: StoredRecording, *, diagnosed: bool) -> Processed:
+    """Write the results of one recording unless they exist already.
 
     Args:
         store: Folder or URL of the store.
@@ -70,9 +78,9 @@ def process_recording(
     target = open_files(results)
     with folder_of(open_files(store), stored) as (folder, version):
         key = make_key(version, diagnosed=diagnosed)
-        known = _path("recordings", stored, key)
-        if target.glob(known):
-            return "known", decode_rows(target.read(known))[0]["error"]
+        path = _path("recordings", stored, key)
+        if target.glob(path):
+            return Processed("known", decode_rows(target.read(path))[0]["error"])
         tables = _make_tables(folder, diagnosed=diagnosed)
     tables["recordings"] |= {name: [value] for name, value in {"key": key, **version}.items()}
     for table in RECORDING_TABLES:
@@ -80,7 +88,7 @@ def process_recording(
         columns = {"recording": [stored.name] * count, **tables[table]}
         target.write(_path(table, stored, key), encode_columns(table, columns))
     _delete_old_results(target, stored, key)
-    return "done", tables["recordings"]["error"][0]
+    return Processed("done", tables["recordings"]["error"][0])
 
 
 def _path(table: str, stored: StoredRecording, key: str) -> str:

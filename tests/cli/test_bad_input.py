@@ -7,6 +7,8 @@ import pytest
 
 from omnimate.files.recordings.folder import load_recording
 
+READERS = [["replay"], ["umbmark"], ["listen"], ["monitor"]]
+
 
 @pytest.fixture
 def drive(small_drive, tmp_path):
@@ -22,7 +24,7 @@ def said(result):
     return result.err.split("error: ", 1)[1]
 
 
-@pytest.mark.parametrize("verb", [["replay"], ["umbmark"]])
+@pytest.mark.parametrize("verb", READERS)
 def test_a_truncated_log_is_used_as_far_as_it_goes_and_marked(omnimate, drive, verb):
     log = drive / "can.log"
     content = log.read_bytes()
@@ -32,7 +34,7 @@ def test_a_truncated_log_is_used_as_far_as_it_goes_and_marked(omnimate, drive, v
     assert "the log ends early" in result.err
 
 
-@pytest.mark.parametrize("verb", [["replay"], ["umbmark"]])
+@pytest.mark.parametrize("verb", READERS)
 def test_a_line_of_garbage_is_skipped_with_its_number(omnimate, drive, verb):
     log = drive / "can.log"
     lines = log.read_text().splitlines(keepends=True)
@@ -41,7 +43,7 @@ def test_a_line_of_garbage_is_skipped_with_its_number(omnimate, drive, verb):
     result = omnimate(*verb, drive)
     assert result.code == 1
     assert "can.log:42: skipped" in result.err
-    assert "truck" in result.out, "what can be said is said all the same"
+    assert result.out, "what can be said is said all the same"
 
 
 @pytest.mark.parametrize("verb", [["replay"], ["umbmark"]])

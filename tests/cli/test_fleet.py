@@ -1,5 +1,6 @@
 """`omnimate fleet`: a store is written, processed, and reported."""
 
+import shutil
 import sys
 
 import pytest
@@ -38,6 +39,28 @@ def test_a_small_hall_goes_through_all_verbs(omnimate, tmp_path):
     assert done.code == 0
     assert done.out.startswith("2026-03-04: 2 recordings, 2 robots judged, 0 faulty, 0 bad places")
     assert (tmp_path / "plots" / "floor.png").exists()
+
+
+def test_recordings_that_cannot_be_read_are_counted_and_named_with_exit_code_1(
+    omnimate, small_drive, tmp_path
+):
+    store = tmp_path / "store"
+    for name in ("good", "bytes", "vehicle", "poses"):
+        shutil.copytree(small_drive, store / "robot=x" / "day=2026-03-02" / name)
+    shutil.copytree(small_drive, store / "robot=x" / "day=2026-99-99" / "lap")
+    broken = store / "robot=x" / "day=2026-03-02"
+    (broken / "bytes" / "can.log").unlink()
+    (broken / "bytes" / "can.log.gz").write_bytes(bytes(range(256)))
+    (broken / "vehicle" / "vehicle.toml").write_text("name = 3\n")
+    (broken / "poses" / "poses.csv").write_text("time\n1,2\n")
+    for _ in range(2):
+        result = omnimate("fleet", "run", store, "--no-diagnose")
+        assert result.code == 1
+        assert "; 3 could not be read" in result.out
+        for name in ("bytes", "vehicle", "poses"):
+            assert f"robot=x/day=2026-03-02/{name}: {name}/" in result.err
+        assert "robot=x/day=2026-99-99: its day is no date" in result.err
+        assert "good" not in result.err
 
 
 @pytest.mark.parametrize(

@@ -132,3 +132,31 @@ def test_without_the_library_a_bag_says_what_to_install(omnimate, bag, monkeypat
     result = omnimate("import", "rosbag", bag, "--list")
     assert result.code == 1
     assert "pip install 'omnimate[rosbag]'" in result.err
+
+
+@pytest.mark.parametrize("name", ["drive.mcap", "bag"])
+def test_an_exported_drive_is_imported_with_its_poses(omnimate, small_drive, tmp_path, name):
+    if name.endswith(".mcap"):
+        pytest.importorskip("mcap")
+    assert omnimate("export", small_drive, tmp_path / name).code == 0
+    vehicle = small_drive / "vehicle.toml"
+    result = omnimate("import", "rosbag", tmp_path / name, tmp_path / "again", "--vehicle", vehicle)
+    assert result.code == 0, result.err
+    before, after = (load_recording(folder).poses for folder in (small_drive, tmp_path / "again"))
+    assert after.body.tolist() == before.body.tolist()
+    assert after.time == pytest.approx(before.time, abs=1e-6)
+    assert after.pose == pytest.approx(before.pose, abs=1e-6)
+
+
+@pytest.mark.parametrize("text", ["", "buy oil\n", "(1.000000) can0 7FF#00\n"])
+@pytest.mark.parametrize("is_there", [False, True])
+def test_a_log_that_cannot_be_imported_leaves_nothing_new(omnimate, tmp_path, text, is_there):
+    (tmp_path / "vehicle.toml").write_text(VEHICLE)
+    (tmp_path / "drive.log").write_text(text)
+    out = tmp_path / "out"
+    if is_there:
+        out.mkdir()
+    vehicle = tmp_path / "vehicle.toml"
+    assert omnimate("import", "log", tmp_path / "drive.log", out, "--vehicle", vehicle).code == 1
+    assert out.exists() == is_there
+    assert list(out.glob("*")) == []

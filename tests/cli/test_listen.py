@@ -72,3 +72,11 @@ def test_either_a_bus_or_a_log_is_asked_for(omnimate):
     result = omnimate("listen")
     assert result.code != 0
     assert "give one of them" in result.err
+
+
+def test_no_period_is_stated_of_a_message_that_was_sent_once(omnimate, tmp_path):
+    (tmp_path / "can.log").write_text("(1700000000.000000) can0 185#409C0000\n")
+    result = omnimate("listen", tmp_path / "can.log")
+    assert result.code == 0
+    assert "sent once" in result.out
+    assert "every" not in result.out

@@ -29,10 +29,28 @@ def test_a_reset_ends_with_the_boot_up_of_the_node(omnimate, on_bench):
 )
 def test_the_state_is_that_of_the_heartbeat(omnimate, on_bench, command, state):
     on_bench(Simulated)
-    assert omnimate("nmt", command, *BUS, "--node", 1).out == "sent; no heartbeat within 1.5 s\n"
     omnimate("nmt", "preop", *BUS, "--node", 1)
     omnimate("sdo", "write", "1017h", "100", *BUS, "--node", 1)
     assert omnimate("nmt", command, *BUS, "--node", 1).out == f"node 1: {state}\n"
+
+
+def test_only_the_state_of_the_addressed_node_is_printed(omnimate, on_bench):
+    on_bench(Simulated)
+    omnimate("nmt", "preop", *BUS, "--node", "all")
+    for node, period in ((1, 100), (2, 300)):
+        omnimate("sdo", "write", "1017h", period, *BUS, "--node", node)
+    assert omnimate("nmt", "start", *BUS, "--node", 2).out == "node 2: operational\n"
+    assert json.loads(omnimate("nmt", "start", *BUS, "--node", 2, "--json").out) == {"2": "operational"}
+    result = omnimate("nmt", "start", *BUS, "--node", 98)
+    assert (result.code, result.out) == (1, "")
+
+
+@pytest.mark.parametrize("node", [1, 98])
+def test_a_node_without_a_heartbeat_is_named_with_exit_code_1(omnimate, on_bench, node):
+    on_bench(Simulated)
+    result = omnimate("nmt", "start", *BUS, "--node", node)
+    assert (result.code, result.out) == (1, "")
+    assert f"node {node}: no heartbeat within 1.5 s" in result.err
 
 
 def test_beside_another_master_no_command_is_sent(omnimate, on_bench):

@@ -3,11 +3,13 @@
 import json
 import shutil
 
+import can
 import pytest
 from typer.testing import CliRunner
 
 from omnimate.cli.main import app
 from omnimate.driver.bus.clock import SyncClock
+from omnimate.driver.errors import BusError
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.faults import parse_fault
@@ -79,3 +81,82 @@ def test_the_flight_recorder_and_listening_exclude_each_other(omnimate, tmp_path
     )
     assert result.code == 1
     assert "--listen-only supervises no node" in result.err
+
+
+class Silent(can.BusABC):
+    """A bus on which nothing is sent; time passes on it alone."""
+
+    def __init__(self):
+        self.now = 0.0
+        super().__init__(channel="silent")
+
+    def monotonic(self):
+        return self.now
+
+    def send(self, msg, timeout=None):
+        raise AssertionError(msg)
+
+    def recv(self, timeout=None):
+        self.now += timeout
+
+
+@pytest.mark.parametrize("seconds", [0.5, 2.0, 12.0])
+def test_listening_to_a_bus_without_sync_ends_at_the_time_asked_for(omnimate, tmp_path, monkeypatch, seconds):
+    bus = Silent()
+    monkeypatch.setattr("omnimate.driver.robot.passive.open_bus", lambda *_args: bus)
+    monkeypatch.setattr("omnimate.driver.robot.passive.time", bus)
+    call = ("record", tmp_path / "drive", "--bus", "socketcan://can0", "--listen-only", "--seconds", seconds)
+    result = omnimate(*call)
+    assert (result.code, bus.now) == (1, seconds)
+    assert f"no PDO of this vehicle within {seconds:g} s" in result.err
+    assert "nothing was recorded" in result.err
+    assert not (tmp_path / "drive").exists()
+
+
+class Torn(CoupledBus):
+    """The bus of a simulated vehicle whose cable is torn after so many SYNCs."""
+
+    left = 300
+
+    def send(self, msg, timeout=None):
+        self.left -= msg.arbitration_id == 0x080
+        if self.left < 0:
+            raise can.CanOperationError("cable torn")
+        super().send(msg, timeout)
+
+
+class Paused(SyncClock):
+    """A clock that notes the pauses, which take no time."""
+
+    def __init__(self, period, start):
+        super().__init__(period, start)
+        self.paused = 0.0
+
+    def sleep(self, seconds):
+        self.paused += seconds
+
+
+def test_a_lost_bus_is_waited_for_until_the_time_asked_for_and_what_came_before_is_kept(
+    omnimate, tmp_path, monkeypatch
+):
+    vehicle, clocks = reference_vehicle(), []
+    buses = [Torn(vehicle, Plant(Truth(vehicle), vehicle))]
+
+    def opened(url, _bitrate):
+        if not buses:
+            raise BusError(url, "nobody answers")
+        return buses.pop()
+
+    def clock(period):
+        clocks.append(Paused(period, 1.7e9))
+        return clocks[-1]
+
+    monkeypatch.setattr("omnimate.driver.robot.driver.open_bus", opened)
+    monkeypatch.setattr("omnimate.driver.robot.driver.WallClock", clock)
+    result = omnimate("record", tmp_path / "drive", "--bus", "socketcan://can0", "--seconds", 8)
+    driven = 299 * vehicle.bus.sync_period
+    assert clocks[0].paused == pytest.approx(8.0 - driven, abs=0.1)
+    assert result.code == 1
+    assert f"recording: {tmp_path / 'drive'}" in result.out
+    assert "lost (cable torn), and not back within" in result.err
+    assert load_recording(tmp_path / "drive").time[-1] == pytest.approx(1.7e9 + driven, abs=0.1)

@@ -11,8 +11,11 @@ from omnimate.driver.errors import NoSync
 from omnimate.driver.robot.passive import PassiveReader
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
 from omnimate.files.logs.reading import read_log
-from omnimate.files.recordings.folder import load_recording
-from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.files.recordings.folder import load_recording, save_recording
+from omnimate.motion.paths import umbmark
+from omnimate.vcan_sim.reference import reference_single, reference_vehicle
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.odometry import dead_reckon
 from tests.samples import CANOPEN_TRACES, CAR_LOG, OTHER_ROBOT, OTHER_ROBOT_ASC, cases
 
@@ -49,6 +52,16 @@ def test_a_vehicle_with_other_encoders_reads_the_log_anew(omnimate, small_drive,
     result = omnimate("replay", small_drive, "--vehicle", other)
     assert result.code == 1
     assert "a.left and a.right are never there in the same sample" in result.err
+
+
+def test_a_log_of_another_robot_without_its_vehicle_says_to_give_it(omnimate, tmp_path):
+    recording = simulate(reference_single(), Truth(reference_single(), seed=1), umbmark(0.5, 1))
+    save_recording(recording, tmp_path)
+    asked = omnimate("replay", tmp_path / "can.log")
+    assert asked.code == 1
+    assert "give --vehicle" in asked.err.splitlines()[-1]
+    given = omnimate("replay", tmp_path / "can.log", "--vehicle", tmp_path / "vehicle.toml")
+    assert (given.code, given.err) == (0, "")
 
 
 def test_frames_go_onto_a_bus_unchanged_and_in_order(omnimate, small_drive):

@@ -1,6 +1,7 @@
 """`omnimate umbmark`: sources in, tables and files out."""
 
 import json
+import shutil
 from functools import partial
 
 import pytest
@@ -69,6 +70,15 @@ def test_the_method_decides_what_is_written(call, table, nominal, tmp_path):
         bases.append(load_vehicle(out).trucks["a"].wheelbase)
     assert bases[0] != bases[1]
     assert bases[0] == pytest.approx(bases[1], rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["other.log", "can.log.gz", "drive.blf"])
+def test_only_the_log_of_a_recording_folder_stands_for_it(call, recording, tmp_path, name):
+    folder = shutil.copytree(recording, tmp_path / "squares")
+    (folder / name).write_bytes(b"")
+    result = call(folder / name)
+    assert (result.code, result.out) == (1, "")
+    assert f"{folder / name}: the log of the recording folder {folder} is can.log" in result.err
 
 
 def test_both_trucks_of_a_recording(call, recording, tmp_path):

@@ -1,3 +1,4 @@
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -129,6 +130,19 @@ def test_a_report_that_is_not_there_cannot_be_read(results, tmp_path):
         read_report(results[0], "2026-04-01")
     with pytest.raises(FleetError, match="no daily report yet"):
         read_report(open_files(str(tmp_path)))
+
+
+def test_results_whose_day_is_no_date_are_left_out_and_named(results, tmp_path):
+    files, judged = results
+    folder = shutil.copytree(files.root, tmp_path / "results")
+    for table in ("recordings", "ways", "crossings", "numbers"):
+        day = next(folder.glob(f"{table}/robot=mule-0001/day=*"))
+        day.rename(day.with_name("day=2026-99-99"))
+    report = judge_day(open_files(str(folder)))
+    assert report.day == judged.day
+    assert all(row[0] == "mule-0001" and "2026-99-99 is no date" in row[2] for row in report.failed)
+    assert report.failed
+    assert read_report(open_files(str(folder))).failed == report.failed
 
 
 def test_a_day_without_results_is_refused_with_those_that_there_are(results):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from omnimate.files.importers.rosbag.plan import ChannelSource, Plan, PoseSource
 from omnimate.files.importers.rosbag.values import JOINTS, POSES
+from omnimate.vehicle.parameters import TRUCKS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,7 +42,8 @@ def guess_plan(topics: Sequence[Topic], channels: Sequence[Channel] = _WHEELS) -
     single = len(channels) == len(_WHEELS)
     sources = {channel: _unique_candidate(channel, candidates, single) for channel in channels}
     return Plan(
-        {channel: source for channel, source in sources.items() if source is not None}, _poses(topics)
+        {channel: source for channel, source in sources.items() if source is not None},
+        _exported_poses(topics, channels) or _poses(topics),
     )
 
 
@@ -61,6 +63,13 @@ def _normalised(name: str) -> str:
     """Return a name in lower case with underscores between its words."""
     spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name)
     return re.sub(r"[^a-z0-9]+", "_", spaced.lower())
+
+
+def _exported_poses(topics: Sequence[Topic], channels: Sequence[Channel]) -> dict[TruckName, PoseSource]:
+    """Return the poses of all trucks on the topics that `omnimate export` writes; empty where it did not."""
+    places = {truck: f"/poses/{truck}" for truck in TRUCKS if f"{truck}.left" in channels}
+    there = {topic.name for topic in topics if topic.kind in POSES and topic.count}
+    return {truck: PoseSource(name) for truck, name in places.items() if name in there}
 
 
 def _poses(topics: Sequence[Topic]) -> dict[TruckName, PoseSource]:

@@ -84,8 +84,17 @@ def test_a_picture_of_the_screen_is_drawn(omnimate, small_drive, tmp_path, monke
         "monitor", small_drive, "--pace", "1000", "--seconds", "0.1", "--screenshot", tmp_path / "m.svg"
     )
     assert result.code == 0, result.err
+    assert result.out == f"written: {tmp_path / 'm.svg'}\n"
     assert (tmp_path / "m.svg").read_text().startswith("<svg")
     assert omnimate("monitor", small_drive, "--screenshot", tmp_path / "m.svg").code == 1
+
+
+@pytest.mark.parametrize("name", ["m.png", "m"])
+def test_a_picture_that_is_no_svg_is_refused_before_the_bus_is_watched(omnimate, small_drive, tmp_path, name):
+    result = omnimate("monitor", small_drive, "--seconds", "9", "--screenshot", tmp_path / name)
+    assert (result.code, result.out) == (1, "")
+    assert f"{tmp_path / name}: expected a name with .svg" in result.err
+    assert not (tmp_path / name).exists()
 
 
 def test_without_textual_the_extra_is_named(omnimate, small_drive, monkeypatch):

@@ -324,6 +324,20 @@ def test_a_bus_that_does_not_come_back_is_given_up(kit, monkeypatch):
         driver.cycle()
 
 
+@pytest.mark.parametrize(("seconds", "waited"), [(2.0, 2.0), (None, 5.0), (20.0, 5.0)])
+def test_a_lost_bus_is_not_waited_for_beyond_the_end(kit, monkeypatch, seconds, waited):
+    clock, opener = kit.Clock(), Opener(kit.Bus([kit.encoder_device(1), kit.encoder_device(2)]))
+    monkeypatch.setattr(module, "open_bus", opener)
+    driver = Driver(kit.one_truck(), "virtual://fake", clock=clock, patience=5.0)
+    driver.configure()
+    driver.end_after(seconds)
+    opener.bus.is_dead = True
+    opener.failures = 100
+    with pytest.raises(BusError, match=f"not back within {waited:g} s"):
+        driver.cycle()
+    assert sum(clock.slept) == pytest.approx(waited)
+
+
 def test_a_frozen_wheel_is_remarked_when_the_other_one_turns(kit):
     driver, bus = start(kit)
     for step in range(200):

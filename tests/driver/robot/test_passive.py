@@ -90,6 +90,24 @@ def test_a_bus_without_sync_and_without_a_pdo_of_the_vehicle_is_an_error(kit, re
         list(reader.samples(idle=1.0))
 
 
+def test_the_first_sync_is_waited_for_until_the_end_at_most(kit, replay):
+    reader = PassiveReader(kit.one_truck(), replay([]))
+    reader.end_after(2.0)
+    begin = module.time.now
+    with pytest.raises(NoSync, match="within 2 s"):
+        list(reader.samples())
+    assert module.time.now - begin < 4.0
+
+
+def test_a_bus_that_falls_silent_is_waited_for_until_the_end_at_most(kit, replay):
+    pdos = [kit.frame(0x180 + node, bytes(4)) for _ in range(3) for node in (1, 2)]
+    reader = PassiveReader(kit.one_truck(), replay(pdos))
+    reader.end_after(4.0)
+    begin = module.time.now
+    assert len(list(reader.samples())) == 3
+    assert module.time.now - begin < 10.0
+
+
 def test_what_comes_before_anything_of_the_robot_is_counted_at_once_and_not_kept(kit, monkeypatch):
     bus = kit.Bus()
     bus.queue.extend([kit.frame(0x3FF)] * 1000)

@@ -88,13 +88,26 @@ def test_a_broken_recording_says_why_and_the_others_have_their_results(store, tm
     next(mine.glob("robot=tug-*/day=2026-03-02/*/vehicle.toml")).write_text("name = 3\n")
     outcome = run_batch(str(mine), str(results), day="2026-03-02")
     assert (outcome.done, outcome.failed) == (3, ())
+    again = run_batch(str(mine), str(results), day="2026-03-02")
+    assert (again.done, again.known) == (0, 3)
     errors = [error for error in column(results, "recordings", "error") if error]
     assert len(errors) == 1
     assert "vehicle.toml" in errors[0]
     assert str(tmp_path) not in errors[0]
-    assert [why for _, why in outcome.unreadable] == errors
-    again = run_batch(str(mine), str(results), day="2026-03-02")
-    assert (again.known, again.unreadable) == (3, outcome.unreadable)
+    for batch in (outcome, again):
+        assert [error for _, error in batch.unreadable] == errors
+
+
+@pytest.mark.parametrize("day", ["2026-99-99", "2026-02-30", "20260302", "2026-W10-1", "today"])
+def test_a_folder_whose_day_is_no_date_is_left_out_and_named(store, tmp_path, day):
+    mine, results = tmp_path / "store", tmp_path / "results"
+    shutil.copytree(next(store.glob("robot=tug-*/day=2026-03-02")), mine / f"robot=x/day={day}")
+    with pytest.raises(FleetError, match=f"no recording .robot=x/day={day} is of no date"):
+        run_batch(str(mine), str(results), diagnosed=False)
+    shutil.copytree(next(store.glob("robot=tug-*/day=2026-03-02")), mine / "robot=x/day=2026-03-02")
+    outcome = run_batch(str(mine), str(results), diagnosed=False)
+    assert (outcome.done, outcome.undated) == (1, (f"robot=x/day={day}",))
+    assert not list(results.glob(f"*/robot=x/day={day}"))
 
 
 @pytest.mark.slow

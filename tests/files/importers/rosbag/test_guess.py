@@ -62,6 +62,12 @@ def test_poses_are_those_of_a_measurement_and_never_the_robots_own_odometry(topi
     assert guess_plan(topics).poses == ({} if found is None else {"a": PoseSource(found)})
 
 
+@pytest.mark.parametrize(("channels", "trucks"), [(CHANNELS, "ab"), (CHANNELS[:2], "a")])
+def test_the_poses_of_all_trucks_are_found_on_the_topics_that_export_writes(channels, trucks):
+    topics = [Topic("/poses/a", POSE, 9), Topic("/poses/b", POSE, 9), Topic("/odometry/a", ODOMETRY, 9)]
+    assert guess_plan(topics, channels).poses == {truck: PoseSource(f"/poses/{truck}") for truck in trucks}
+
+
 def test_a_guess_written_as_a_mapping_reads_back_the_same(tmp_path, robot):
     topics = [Topic("/joint_states", JOINTS, 10, ("left", "right")), Topic("/mocap", POSE, 10)]
     plan = guess_plan(topics)
