@@ -14,7 +14,7 @@ pytest.importorskip("pyarrow")
 def judged(store, results):
     """Process a store and judge each of its days; return the bytes of all files by their paths."""
     run_batch(str(store), str(results), diagnosed=False)
-    for day in sorted({stored.day for stored in recordings_in(open_files(str(store)), "*")}):
+    for day in sorted({stored.day for stored in recordings_in(open_files(str(store)), "*")[0]}):
         judge_day(open_files(str(results)), day)
     return {path.relative_to(results): path.read_bytes() for path in results.rglob("*") if path.is_file()}
 
@@ -28,7 +28,7 @@ def test_after_a_recording_of_a_wrong_day_was_deleted_all_is_as_without_it(store
     mine, results = tmp_path / "store", tmp_path / "results"
     shutil.copytree(store, mine)
     before, places = judged(mine, results), folders(results)
-    stored = recordings_in(open_files(str(mine)), "*")[0]
+    stored = recordings_in(open_files(str(mine)), "*")[0][0]
     folder = mine / stored.partition / stored.name
     wrong = StoredRecording(stored.robot, day, "wrong")
     shutil.copytree(folder, mine / wrong.partition / wrong.name)
