@@ -99,7 +99,8 @@ class Candidates:
         if term.scan == "moments" and len(term.fixed["times"]) == 1:
             others = [self.terms[other] for other in members if other != candidate]
             bumps = sum(len(other.fixed["times"]) for other in others if other.key == term.key)
-            if bumps >= BUMPS_OF_ROUGH_FLOOR:
+            is_possible = term.odds > -math.inf
+            if bumps >= BUMPS_OF_ROUGH_FLOOR and is_possible:
                 return max(term.odds, FURTHER_BUMP_LOG_ODDS)
         if term.is_calibrated and any(
             self.terms[other].is_calibrated

@@ -236,6 +236,8 @@ def test_a_floor_with_two_bumps_has_more_of_them_for_the_same_wheel(drawn, waves
         > posterior.candidates.odds(2, (0,))
         == posterior.candidates.odds(2, (0, 3))
     )
+    ruled_out = posterior.without([2])
+    assert ruled_out.candidates.odds(2, (0, 1)) == -np.inf
 
 
 def test_a_truck_with_one_wrong_number_was_not_calibrated(drawn, waves, candidate):
