@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import say
+from omnimate.cli.options import check_number
 from omnimate.cli.tables import new_table, show
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 
@@ -21,11 +22,16 @@ if TYPE_CHECKING:
 
 def design(
     length: Annotated[
-        float, typer.Option(help="Length of the free rectangle [m].", min=0.5, max=100.0)
+        float,
+        typer.Option(help="Length of the free rectangle [m].", min=0.5, max=100.0, callback=check_number),
     ] = 14.0,
-    width: Annotated[float, typer.Option(help="Width of the free rectangle [m].", min=0.5, max=100.0)] = 4.0,
+    width: Annotated[
+        float,
+        typer.Option(help="Width of the free rectangle [m].", min=0.5, max=100.0, callback=check_number),
+    ] = 4.0,
     metres: Annotated[
-        float, typer.Option(help="How far the wheels may roll [m].", min=1.0, max=1000.0)
+        float,
+        typer.Option(help="How far the wheels may roll [m].", min=1.0, max=1000.0, callback=check_number),
     ] = 160.0,
     heading: Annotated[
         bool, typer.Option("--heading", help="Absolute headings can be measured, in addition to positions.")
@@ -33,7 +39,10 @@ def design(
     heading_sigma: Annotated[
         float,
         typer.Option(
-            help="Standard deviation of a heading [deg]; motion capture at rest has 0.02.", min=1e-4, max=45.0
+            help="Standard deviation of a heading [deg]; motion capture at rest has 0.02.",
+            min=1e-4,
+            max=45.0,
+            callback=check_number,
         ),
     ] = 0.02,
     roughness: Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -20,6 +21,13 @@ def check_out_file(path: Path | None) -> Path | None:
         problem = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"
         raise CallError(f"{path}: cannot be written: {problem}; choose another file")
     return path
+
+
+def check_number(value: float | None) -> float | None:
+    """Return a number; nan is none, and passes a range in some versions of typer."""
+    if value is not None and math.isnan(value):
+        raise typer.BadParameter("expected a number")
+    return value
 
 
 Protocol = Literal["umbmark", "straight", "rectangle", "free", "eight"]
@@ -66,7 +74,10 @@ TrueVehicle = Annotated[
     typer.Option(help="vehicle.toml of the robot as it truly is; else with the errors of U Fig. 11."),
 ]
 Side = Annotated[
-    float, typer.Option(help="Side of the square, or length of the path [m].", min=0.5, max=100.0)
+    float,
+    typer.Option(
+        help="Side of the square, or length of the path [m].", min=0.5, max=100.0, callback=check_number
+    ),
 ]
 Laps = Annotated[int, typer.Option(help="Laps in each direction, or free drives.", min=1, max=1000)]
 Speed = Annotated[float, typer.Option(help="Speed of the wheels [m/s].", min=0.02, max=5.0)]

@@ -9,7 +9,15 @@ import typer
 
 from omnimate.cli.console import out
 from omnimate.cli.descriptions import vehicle_of
-from omnimate.cli.options import ExportFormat, MethodChoice, OneTruck, OutFile, Profile, check_out_file
+from omnimate.cli.options import (
+    ExportFormat,
+    MethodChoice,
+    OneTruck,
+    OutFile,
+    Profile,
+    check_number,
+    check_out_file,
+)
 from omnimate.cli.robots import write_profile, write_vehicle
 
 
@@ -20,7 +28,10 @@ def umbmark(
     ],
     truck: OneTruck = None,
     side: Annotated[
-        float | None, typer.Option(help="Side of the square [m]; a table needs it.", min=0.5, max=100.0)
+        float | None,
+        typer.Option(
+            help="Side of the square [m]; a table needs it.", min=0.5, max=100.0, callback=check_number
+        ),
     ] = None,
     vehicle: Annotated[
         Path | None,
