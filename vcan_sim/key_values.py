@@ -21,14 +21,14 @@ class Kind(NamedTuple):
     expected: str
 
 
-def _finite(text: str) -> float:
+def _number(text: str) -> float:
     value = float(text)
-    if not math.isfinite(value):
+    if math.isnan(value):
         raise ValueError(text)
     return value
 
 
-NUMBER = Kind(_finite, "a number")
+NUMBER = Kind(_number, "a number")
 INTEGER = Kind(lambda text: int(text, 0), "an integer")
 TEXT = Kind(str, "a text")
 BYTES = Kind(lambda text: bytes.fromhex(text)[:8].hex(), "hexadecimal digits")
