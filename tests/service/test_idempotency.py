@@ -166,19 +166,6 @@ def test_only_a_caller_who_may_operate_changes_anything_and_its_key_is_kept(call
         asyncio.run(calls._operating(replace(call, caller=Caller("visitor", "read")), "key"))
 
 
-def test_a_key_stands_for_one_query(service, drive_zip):
-    def upload(name):
-        headers = {"Content-Type": "application/zip", "Idempotency-Key": "one upload"}
-        return service.post("/v1/recordings", params={"name": name}, content=drive_zip(0.5), headers=headers)
-
-    long = "\N{ROBOT FACE}" * 100  # 1200 characters of a query
-    first = upload(long)
-    assert (first.status_code, first.json()["name"]) == (201, long)
-    assert upload("another").status_code == 409
-    assert upload(f"{long[:-1]}!").status_code == 409
-    assert upload(long).json() == first.json()
-
-
 @pytest.mark.parametrize("remembered", [None, LOCAL])
 def test_a_caller_that_is_not_remembered_is_identified_by_the_database(call, remembered):
     asked = []
@@ -194,6 +181,9 @@ def test_a_caller_that_is_not_remembered_is_identified_by_the_database(call, rem
     for reading in (calls._reading, calls._stopping):
         assert asyncio.run(reading(request, "Bearer x")) == Call(components, LOCAL, None, "POST /v1/things")
     assert asked == ([] if remembered else [(components.database, "Bearer x")] * 2)
+    request.url.query = "name=A"
+    whole = Call(components, LOCAL, None, "POST /v1/things?name=A")
+    assert asyncio.run(calls._reading(request, "Bearer x")) == whole
 
 
 def test_the_table_holds_the_longest_key_that_stays_as_it_is():

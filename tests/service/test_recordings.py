@@ -60,3 +60,16 @@ def test_a_recording_of_another_robot_is_refused(client, squares, started):
     answer = client.post(f"{path}/samples", json={"recording": recording})
     assert answer.status_code == 422
     assert "'another'" in answer.json()["detail"]
+
+
+def test_a_key_stands_for_one_query(service, drive_zip):
+    def upload(name):
+        headers = {"Content-Type": "application/zip", "Idempotency-Key": "one upload"}
+        return service.post("/v1/recordings", params={"name": name}, content=drive_zip(0.5), headers=headers)
+
+    long = "\N{ROBOT FACE}" * 100  # 1200 characters of a query
+    first = upload(long)
+    assert (first.status_code, first.json()["name"]) == (201, long)
+    assert upload("another").status_code == 409
+    assert upload(f"{long[:-1]}!").status_code == 409
+    assert upload(long).json() == first.json()
