@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from datetime import date
 from typing import Annotated, Literal
 from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
 
+from omnimate.fleet.batch.store import is_date
 from omnimate.service.jobs.queue import JobState
 from omnimate.service.umbmark.models import FiniteOrNull, RequestModel, RowModel
 
@@ -22,10 +22,8 @@ PlainName = Annotated[str, StringConstraints(min_length=1, max_length=MAX_NAME_L
 
 def _require_date(day: str) -> str:
     """Return a day that the calendar has; the pattern also takes the 31st of February."""
-    try:
-        date.fromisoformat(day)
-    except ValueError as error:
-        raise ValueError(f"{day!r}; expected a date of the calendar, YYYY-MM-DD") from error
+    if not is_date(day):
+        raise ValueError(f"{day!r}; expected a date of the calendar, YYYY-MM-DD")
     return day
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from datetime import UTC, date, datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from omnimate.files.recordings.folder import LOG, POSES, RUN, VEHICLE
+from omnimate.fleet.batch.store import is_date
 from omnimate.service.errors import InvalidValueError
 from omnimate.service.fleets.models import MAX_NAME_LENGTH, PLAIN_PATTERN, Upload
 from omnimate.service.recording_zip import opened_zip
@@ -54,7 +55,7 @@ def _checked(names: list[str], last: str) -> Upload:
     recordings: dict[tuple[str, str, str], set[str]] = {}
     for name in names:
         match = _MEMBER.fullmatch(name)
-        if match is None or not _is_date(match[2]):
+        if match is None or not is_date(match[2]):
             raise InvalidValueError(
                 "zip",
                 f"{name[:200]!r}; expected robot=NAME/day=YYYY-MM-DD/RECORDING/ with vehicle.toml, can.log "
@@ -86,10 +87,3 @@ def _checked(names: list[str], last: str) -> Upload:
 def _last_day(now: float) -> str:
     """Return the day after the present one of UTC: it may have begun in other time zones."""
     return (datetime.fromtimestamp(now, UTC).date() + timedelta(days=1)).isoformat()
-
-
-def _is_date(day: str) -> bool:
-    try:
-        return date.fromisoformat(day).isoformat() == day
-    except ValueError:
-        return False
