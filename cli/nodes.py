@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from omnimate.driver.conformance.probe import Probe, Reply
 
 ALL = 0
-BOOT_UP = 0  # NMT state
 HEARTBEAT_WAIT = 1.5  # [s]; assumption: most devices send a heartbeat each second or more often
 BOOT_WAIT = 3.0  # [s] after a reset; assumption
 NAMES = ("vendor", "product", "revision", "serial")
@@ -45,7 +44,7 @@ def nmt(
     as_json: AsJson = False,
 ) -> None:
     """Send an NMT command, and print the states that heartbeats and boot-ups then say."""
-    from omnimate.files.logs.canopen_words import nmt_state_in_words
+    from omnimate.files.logs.canopen_words import BOOT_UP, nmt_state_in_words
 
     number = _node(node)
     waited = BOOT_WAIT if command.startswith("reset") else HEARTBEAT_WAIT
