@@ -28,10 +28,7 @@ COLUMNS = 4  # panels in a row
 def framed(path: Path, size: tuple[float, float], legend_columns: int = 0) -> Iterator[Figure]:
     """Yield a figure of a size [inch] in the project's style, and save it at the end of the block.
 
-    Args:
-        path: Path of the file; its suffix gives the format.
-        size: Width and height.
-        legend_columns: Columns of the legend below, which is that of the first axes; 0 for none.
+    The suffix of the path gives the format; a legend is that of the first axes, and is below all of them.
 
     Raises:
         PlotError: The file cannot be written.
@@ -47,16 +44,7 @@ def framed(path: Path, size: tuple[float, float], legend_columns: int = 0) -> It
 
 
 def plot_efficiency(efficiency: Efficiency, path: Path, title: str) -> None:
-    """Draw the share of injections that is found, over their strength.
-
-    Args:
-        efficiency: The injections and the fit.
-        path: Path of the file; its suffix gives the format.
-        title: Title above the figure.
-
-    Raises:
-        PlotError: The file cannot be written.
-    """
+    """Draw the share of injections that is found, over their strength."""
     strength, found = efficiency.strength, efficiency.found
     order = np.argsort(strength)
     fine = np.geomspace(strength.min(), strength.max(), 200)
@@ -85,16 +73,7 @@ def plot_efficiency(efficiency: Efficiency, path: Path, title: str) -> None:
 
 
 def plot_errors(names: Sequence[str], columns: Mapping[str, Sequence[float]], path: Path) -> None:
-    """Draw position errors of sets, by up to three ways to better parameters.
-
-    Args:
-        names: Names of the sets.
-        columns: Position errors of all sets [m], by the label of the way; drawn in mm.
-        path: Path of the file; its suffix gives the format.
-
-    Raises:
-        PlotError: The file cannot be written.
-    """
+    """Draw position errors [m] of sets, by up to three ways to better parameters; in mm."""
     rows = np.arange(len(names))[::-1]
     marks = (GREY, "o"), (BLUE, "s"), (VERMILLION, "^")
     with framed(path, (7.4, 0.34 * len(names) + 1.6), 3) as figure:
@@ -109,16 +88,7 @@ def plot_errors(names: Sequence[str], columns: Mapping[str, Sequence[float]], pa
 
 
 def plot_recovery(found: Mapping[str, Mapping[str, Sequence[float]]], wanted: float, path: Path) -> None:
-    """Draw shares that are recovered, a row for each effect, up to three methods beside each other.
-
-    Args:
-        found: Shares of single cases, by effect and method.
-        wanted: Share that is wanted; drawn as a line.
-        path: Path of the file; its suffix gives the format.
-
-    Raises:
-        PlotError: The file cannot be written.
-    """
+    """Draw shares that are recovered, a row for each effect, up to three methods beside each other."""
     methods = list(next(iter(found.values())))
     rows = np.arange(len(found))[::-1]
     marks = (VERMILLION, "o"), (BLUE, "s"), (ORANGE, "^")
@@ -142,15 +112,7 @@ def plot_recovery(found: Mapping[str, Mapping[str, Sequence[float]]], wanted: fl
 
 
 def plot_reliability(panels: Mapping[str, Sequence[Bin]], path: Path) -> None:
-    """Draw a reliability diagram for each world; a tool that is as sure as it is right lies on the diagonal.
-
-    Args:
-        panels: The findings about each world in bins of their probability, by the world's title.
-        path: Path of the file; its suffix gives the format.
-
-    Raises:
-        PlotError: The file cannot be written.
-    """
+    """Draw a reliability diagram for each world; who is as sure as right lies on the diagonal."""
     columns = min(COLUMNS, len(panels))
     count = -(-len(panels) // columns)
     with framed(path, (2.6 * columns + 0.5, 2.7 * count + 0.4)) as figure:
@@ -178,17 +140,9 @@ def plot_reliability(panels: Mapping[str, Sequence[Bin]], path: Path) -> None:
 
 
 def plot_turns(wheels: Array, measured: Array, ratio: float, path: Path, *, title: str = "") -> None:
-    """Draw the measured turns of a robot over the turns by its wheels.
+    """Draw the measured turns of a robot [rad] over those by its wheels as described, each `(N,)`.
 
-    Args:
-        wheels: Turn of each drive by the wheels and the described robot [rad], shape `(N,)`.
-        measured: Turn of each drive, measured from outside [rad], shape `(N,)`.
-        ratio: Ratio of the turns by the wheels to the fitted ones.
-        path: Path of the file; its suffix gives the format.
-        title: Title above the figure.
-
-    Raises:
-        PlotError: The file cannot be written.
+    `ratio` is that of the turns by the wheels to the fitted ones.
     """
     ends = np.array([-1.0, 1.0]) * float(np.degrees(np.abs(wheels).max()))
     limit = 1.15 * float(np.degrees(np.abs(measured).max()))

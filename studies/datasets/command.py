@@ -32,7 +32,7 @@ def optiodom(
     to: Out,
 ) -> None:
     """Take the runs of OptiOdom's differential robot: dense poses, one recording folder each."""
-    from studies.datasets.optiodom.recordings import differential_sets, each_recording
+    from studies.datasets.optiodom.drives import differential_sets, each_recording
 
     save_set(each_recording(source), to)
     others = differential_sets(source)[1]
@@ -76,7 +76,7 @@ def umbmark(
     """Calibrate OptiOdom's differential robot by UMBmark from its sets of squares."""
     from omnimate.cli.umbmark.calibration import Case, print_advice, result_of
     from omnimate.cli.umbmark.report import draw, report
-    from studies.datasets.optiodom.squares import experiment_of_optiodom
+    from studies.datasets.optiodom.scores import experiment_of_optiodom
 
     cases = [Case(source.resolve().name, "a", experiment_of_optiodom(source, side)) for source in sources]
     results = [result_of(case, method, 1.0) for case in cases]

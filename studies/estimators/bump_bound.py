@@ -84,7 +84,6 @@ def interval(values: Array) -> str:
 
 
 def main() -> None:
-    """Print the return errors."""
     given = options(__doc__, {"seeds": 40, "first": 5000})
     count, first = given.seeds, given.first
     errors: dict[str, list[Array]] = {}

@@ -30,9 +30,7 @@ from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.se2 import Array
 from studies.benchmark import options
-from studies.datasets.optiodom.drives import DriveSet, read_set
-from studies.datasets.optiodom.files import find_sets
-from studies.datasets.optiodom.recordings import each_recording
+from studies.datasets.optiodom.drives import DriveSet, each_recording, find_sets, read_set
 from studies.datasets.optiodom.scores import score
 
 ROOT = "../shared/data/real/optiodom/diff"

@@ -78,9 +78,8 @@ class Outcome:
         robots = sum(wait is not None for wait in self.waits.values())
         places = sum(distance < SAME for _, distance in self.places)
         wrong = len({change.robot for _, change in self.false}) + len(self.places) - places
-        often = sum(
-            segments >= MIN_CROSSINGS for _, segments in self.missed
-        )  # where nobody drives, nothing shows
+        # where nobody drives, nothing shows
+        often = sum(segments >= MIN_CROSSINGS for _, segments in self.missed)
         missed = len(self.waits) - robots + often
         return (robots + places) / max(1, robots + places + wrong + missed)
 
@@ -272,10 +271,7 @@ def main() -> int:
 def taken(distances: Array) -> Array:
     """Return how far each found place is from the true one that it is taken for, `(F,)`; inf for none.
 
-    A true place is taken once, by the nearest one found.
-
-    Args:
-        distances: Of each found place from each true one [m], `(F, T)`.
+    A true place is taken once, by the nearest one found; `distances` [m] has shape `(F, T)`.
     """
     left, away = distances.copy(), np.full(len(distances), np.inf)
     while left.size and left.min() < SAME:

@@ -58,15 +58,10 @@ def run_subsets(
 ) -> None:
     """Run the filter over a recording, and mix subsets of its hypotheses after every `STRIDE` steps.
 
-    Args:
-        settings: Settings of the filter `(1,)`; their prior is changed.
-        states: State at the start `(1,)`, changed to that after the last sample.
-        filters: Open filters of all hypotheses `(H,)`, changed likewise.
-        table: The recording.
-        priors: Log prior probabilities of all hypotheses in each subset, `(S, H)`: -inf of one left out.
-        poses: Filled with poses of truck a [m, m, rad] `(S, N, 3)`, the first subset's at every sample; nan
-            where nothing was mixed.
-        sigmas: Filled with their standard deviations, likewise.
+    `settings` (of which the prior is changed), `states` `(1,)` and `filters` `(H,)` are those of an open
+    filter, and are moved to the end. `priors` `(S, H)` are log probabilities, -inf of a hypothesis that is
+    left out. `poses` of truck a [m, m, rad] `(S, N, 3)` and `sigmas` are filled: of the first subset at every
+    sample, of the others where they are mixed.
     """
     state, moves, steps = states[0], np.empty((0, STATES + 2)), 0
     trial, subset_settings = states.copy(), settings.copy()

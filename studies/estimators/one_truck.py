@@ -29,7 +29,7 @@ from omnimate.vehicle.odometry import dead_reckon, truck_travel
 from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.se2 import Array, between, compose, lever_matrix, rotation, wrap
 from studies.benchmark import options
-from studies.datasets.optiodom.recordings import each_recording
+from studies.datasets.optiodom.drives import each_recording
 
 OPTIODOM = "../shared/data/real/optiodom"
 JUMP = 0.5  # [m] of a wild fix

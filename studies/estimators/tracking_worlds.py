@@ -67,12 +67,9 @@ class World(NamedTuple):
 
 
 def drives_of(world: str, folder: Path, seed: int = SEED) -> Drives:
-    """Yield name and recording of each drive of two trucks of a world.
+    """Yield name and recording of each drive of two trucks of a world, which the folder keeps.
 
-    Args:
-        world: `made`, `common`, a name of `WORLDS`, or a folder of recordings with `labels.json`.
-        folder: Folder that keeps what is written.
-        seed: Seed of all that is drawn.
+    A world is `made`, `common`, a name of `WORLDS`, or a folder of recordings with `labels.json`.
     """
     if world in SIMULATED:
         yield from simulated(SIMULATED[world](), seed)

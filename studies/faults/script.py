@@ -25,8 +25,6 @@ LONGEST = 4.0  # [s] of a fault
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One fault."""
-
     # one of `NODE_FAULTS`; of `BUS_FAULTS`: the adapter is away, with the power of the devices too; frames
     # come in a late burst, or some are lost; another device sends SYNC; of `DISK_FAULTS`: the disk takes
     # nothing; the driver's computer loses its power while blocks wait to be written
@@ -72,9 +70,8 @@ def draw(seed: int, number: int) -> Script:
         elif when < 0.45:
             at = random.choice(restarts) + random.uniform(0.01, 0.15)  # while wheels run down
         elif when < 0.65 and faults:
-            at = min(
-                faults[-1].at + random.uniform(0.0, 1.5), last
-            )  # at once with the last, or in its recovery
+            # at once with the last, or in its recovery
+            at = min(faults[-1].at + random.uniform(0.0, 1.5), last)
         else:
             at = random.uniform(0.6, last)
         kind = random.choice(random.choices((NODE_FAULTS, BUS_FAULTS, DISK_FAULTS), (0.65, 0.2, 0.15))[0])

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from canopen.objectdictionary import ODVariable
 from numpy.random import Generator
 from numpy.typing import NDArray
 
@@ -16,7 +17,7 @@ from omnimate.vehicle.se2 import Array
 Curve = Callable[[Array], Array]  # of times [s], (N,)
 Raw = Callable[[Array], list[int]]  # of times [s], (N,): the raw numbers modulo 2^bits, (N,)
 
-TYPES = {  # CiA 301 data types: bits, signed, float
+TYPES: dict[int | None, tuple[int, bool, bool]] = {  # CiA 301 data types: bits, signed, float
     1: (1, False, False), 2: (8, True, False), 3: (16, True, False), 4: (32, True, False),
     5: (8, False, False), 6: (16, False, False), 7: (32, False, False), 8: (32, True, True),
     0x10: (24, True, False), 0x15: (64, True, False), 0x16: (24, False, False), 0x1B: (64, False, False),
@@ -29,11 +30,7 @@ ERRORS = {0x60F4, 0x20F4}
 STATUS, CONTROL = (0x0240, 0x0231, 0x0233, 0x0237), (0x0000, 0x0006, 0x0007, 0x000F)  # CiA 402, until enabled
 
 
-@dataclass
-class Session:
-    """When the drives of a robot were enabled; None before the log begins."""
-
-    enabled: float | None = None
+Session = float | None  # when the drives of a robot were enabled [s]; None before the log begins
 
 
 @dataclass
@@ -100,15 +97,9 @@ def sampled(
     *,
     is_size: bool = False,
 ) -> Raw:
-    """Return a function of times: raw numbers modulo 2^bits of a path with noise, rounded.
+    """Return a function of times: raw numbers modulo 2^bits of a path with noise, rounded and within limits.
 
-    Args:
-        random: Source of chance, drawn from at each call.
-        path: Function of times.
-        noise: Standard deviation of the noise.
-        bits: Width.
-        limits: Smallest and largest number; None for all.
-        is_size: Whether a device shows the size alone, without a sign.
+    With `is_size` a device shows the size alone, without a sign.
     """
 
     def at(times: Array) -> list[int]:
@@ -119,19 +110,11 @@ def sampled(
     return at
 
 
-def values_of(
-    random: Generator,
-    index: int,
-    subindex: int,
-    name: str,
-    kind: int,
-    shaft: Shaft | None,
-    session: Session,
-    access: str = "ro",
-) -> Values:
+def values_of(random: Generator, entry: ODVariable, shaft: Shaft | None, session: Session) -> Values:
     """Return the values of an object of a device that measures a shaft, or nothing (None)."""
-    bits, signed, is_float = TYPES[kind]
-    words = name.lower()
+    index, subindex = entry.index, entry.subindex
+    bits, signed, is_float = TYPES[entry.data_type]
+    words = entry.name.lower()
     if index == 0x6041:
         return Values(_status(random, session), "status word")
     if index == 0x6040 and not subindex:  # in CiA 406 it is the acceleration of each sensor
@@ -177,7 +160,7 @@ def values_of(
         return Values(_flags(random, 1), "bits")
     if any(word in words for word in ("temp", "supply", "volt", "analog", "dc", "noise", "power")):
         return Values(_analog(random, bits, signed), "number")
-    if access in {"rw", "rww", "rwr", "wo"} and random.random() < 0.7:
+    if entry.access_type in {"rw", "rww", "rwr", "wo"} and random.random() < 0.7:
         return Values(_held(random, bits), "bytes")
     choice = random.choice(["analog", "flags", "held", "counter"])
     if choice == "analog":
@@ -251,7 +234,7 @@ def _state_words(
     times: Array, session: Session, words: Sequence[int], enabled_step: float, toggled: int, flips: Array
 ) -> list[int]:
     """Return words of CiA 402, 0.15 s for each state, of which the last has bits toggled at the flips."""
-    since = np.inf if session.enabled is None else (np.asarray(times) - session.enabled) / 0.15
+    since = np.inf if session is None else (np.asarray(times) - session) / 0.15
     step = np.broadcast_to(np.clip(since + enabled_step, 0, 3).astype(int), len(times))
     flipped = (step == 3) & (np.searchsorted(flips, times) % 2 == 1)
     shown: list[int] = (np.array(words)[step] ^ np.where(flipped, toggled, 0)).tolist()
@@ -262,9 +245,9 @@ def _mode(random: Generator, session: Session, bits: int) -> Raw:
     mode = int(random.choice([1, 3, 9, 8, 7, 6])) % 2**bits
 
     def at(times: Array) -> list[int]:
-        if session.enabled is None:
+        if session is None:
             return [mode] * len(times)
-        return [mode if time > session.enabled - 0.3 else 0 for time in times]
+        return [mode if time > session - 0.3 else 0 for time in times]
 
     return at
 

@@ -34,7 +34,6 @@ class Score:
     counts: Counter[str] = field(default_factory=Counter)  # by what was said of them
 
     def add(self, other: Score) -> None:
-        """Add the counts of another score."""
         self.counts.update(other.counts)
 
     @property
@@ -53,7 +52,6 @@ class Score:
         return self.counts["sure and wrong"] / max(self.signals, 1)
 
     def row(self) -> str:
-        """Return the figures as a row of the table."""
         shares = [
             self.counts[name] / max(self.signals, 1)
             for name in ("not sure", "bounds", "kind", "counter without sign", "bounds by READ")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,59 +19,26 @@ from studies.datasets import husky, labyrinth
 from studies.figures import plot_turns
 
 
-@dataclass(frozen=True, slots=True)
-class RobotRow:
-    """One robot that is described wrongly: as it is described, and as the first look corrects it."""
-
-    name: str  # name of the data
-    recordings: Sequence[Recording]  # the recordings with the robot as described
-    corrected: Sequence[Recording]  # the recordings with the robot as the first look corrects it
-    first: Diagnosis  # diagnosis of the robot as described
-    second: Diagnosis  # diagnosis of the corrected robot
-
-
-def robot_row(folder: Path, every: int = 1) -> RobotRow:
-    """Return the answers to labyrinth_tuc or drive_ugv, as described and as corrected by the first look.
-
-    Raises:
-        SourceError: The data are damaged.
-    """
-    source = labyrinth if folder.name == "labyrinth_tuc" else husky
-    recordings = [recording for _, recording in source.each_recording(folder)]
-    look = first_look(recordings)
-    corrected = recordings if look is None else [look.corrected(recording) for recording in recordings]
-    return RobotRow(folder.name, recordings, corrected, diagnose(recordings), diagnose(corrected[::every]))
-
-
-def draw_labyrinth(row: RobotRow, folder: Path) -> None:
-    """Draw the one drive as measured, and odometry as described and as corrected, each laid onto it.
-
-    Raises:
-        PlotError: the file cannot be written.
-    """
-    assert row.recordings[0].poses is not None  # the importer gives them
+def draw_labyrinth(described: Sequence[Recording], corrected: Sequence[Recording], folder: Path) -> None:
+    """Draw the one drive as measured, and odometry as described and as corrected, each laid onto it."""
+    assert described[0].poses is not None  # the importer gives them
     tracks = [
-        Track("measured", row.recordings[0].poses.pose[:, :2]),
-        Track("odometry as described", _laid(row.recordings[0]), dashed=True),
-        Track("odometry as the first look corrects it", _laid(row.corrected[0]), dashed=True),
+        Track("measured", described[0].poses.pose[:, :2]),
+        Track("odometry as described", _laid(described[0]), dashed=True),
+        Track("odometry as the first look corrects it", _laid(corrected[0]), dashed=True),
     ]
     plot_floor_plan(tracks, folder / "labyrinth.png", title="labyrinth_tuc, 30 s")
 
 
-def draw_husky(row: RobotRow, folder: Path) -> None:
-    """Draw the turn of every window: by the wheels of the described robot, and as measured.
-
-    Raises:
-        PlotError: the file cannot be written.
-    """
-    pairs = np.array([_turned(recording) for recording in row.recordings])
-    old, new = (each[0].vehicle.trucks["a"].wheelbase for each in (row.recordings, row.corrected))
-    title = f"drive_ugv: {len(pairs)} windows of 2 s"
-    wheel = row.corrected[0].vehicle.trucks["a"], row.recordings[0].vehicle.trucks["a"]
-    rolls = (wheel[0].wheel_diameter_left + wheel[0].wheel_diameter_right) / (
-        wheel[1].wheel_diameter_left + wheel[1].wheel_diameter_right
+def draw_husky(described: Sequence[Recording], corrected: Sequence[Recording], folder: Path) -> None:
+    """Draw the turn of every window: by the wheels of the described robot, and as measured."""
+    pairs = np.array([_turned(recording) for recording in described])
+    old, new = (each[0].vehicle.trucks["a"] for each in (described, corrected))
+    rolls = (new.wheel_diameter_left + new.wheel_diameter_right) / (
+        old.wheel_diameter_left + old.wheel_diameter_right
     )
-    plot_turns(pairs[:, 0], pairs[:, 1], new / old / rolls, folder / "husky.png", title=title)
+    title, ratio = f"drive_ugv: {len(pairs)} windows of 2 s", new.wheelbase / old.wheelbase / rolls
+    plot_turns(pairs[:, 0], pairs[:, 1], ratio, folder / "husky.png", title=title)
 
 
 def _laid(recording: Recording) -> Array:
@@ -114,16 +80,26 @@ def real_part(folder: Path, figures: Path | None) -> Iterator[Table | str]:
 
 
 def _robot(folder: Path, figures: Path | None) -> Iterator[Table | str]:
+    """Yield the answers about a robot, as described and as corrected by the first look."""
     is_husky = folder.name == "drive_ugv"
-    row = robot_row(folder, HUSKY_EVERY if is_husky else 1)
-    heads = ("robot", "held-out residual", "findings")
-    table = new_table(f"{row.name}: as described, and as the first look corrects it", heads)
-    table.add_row("as described", residual(row.first), findings(row.first, 5))
-    table.add_row("corrected", residual(row.second), findings(row.second, 5))
+    source = husky if is_husky else labyrinth
+    described = [recording for _, recording in source.each_recording(folder)]
+    look = first_look(described)
+    corrected = described if look is None else [look.corrected(recording) for recording in described]
+    table = new_table(
+        f"{folder.name}: as described, and as the first look corrects it",
+        ("robot", "held-out residual", "findings"),
+    )
+    first = diagnose(described)
+    for name, diagnosis in (
+        ("as described", first),
+        ("corrected", diagnose(corrected[:: HUSKY_EVERY if is_husky else 1])),
+    ):
+        table.add_row(name, residual(diagnosis), findings(diagnosis))
     yield table
-    yield row.first.says
+    yield first.says
     if figures is not None:
-        (draw_husky if is_husky else draw_labyrinth)(row, figures)
+        (draw_husky if is_husky else draw_labyrinth)(described, corrected, figures)
 
 
 def residual(diagnosis: Diagnosis) -> str:
@@ -132,11 +108,11 @@ def residual(diagnosis: Diagnosis) -> str:
     return "-" if fit is None else f"{fit.heldout.before:.2f} -> {fit.heldout.after:.2f}"
 
 
-def findings(diagnosis: Diagnosis, most: int = 3) -> str:
-    """Return the first findings with their probabilities, and what an unknown depends on."""
+def findings(diagnosis: Diagnosis) -> str:
+    """Return the first five findings with their probabilities, and what an unknown depends on."""
     shown = [
         f"{finding.effect} {finding.component} {finding.probability:.0%}"
         + (f" ({finding.where.regime})" if finding.effect == "unknown" else "")
-        for finding in diagnosis.findings[:most]
+        for finding in diagnosis.findings[:5]
     ]
     return "; ".join(shown) or diagnosis.verdict

@@ -40,12 +40,7 @@ def bump_drive(
 ) -> BumpDrive:
     """Return a straight drive in line over one bump under truck a's right wheel, all else being perfect.
 
-    Args:
-        vehicle: Robot with two trucks; its encoders' resolution and its SYNC period are used.
-        lost: Travel that the wheel loses on the bump [m].
-        speed: Speed of the wheels [m/s].
-        before: Travel before the bump [m].
-        after: Travel after the bump [m].
+    The wheel loses some travel [m] on the bump; speed is in m/s, the travel before and after it in m.
 
     Raises:
         NoLinkageError: The robot has a single truck.
@@ -90,13 +85,9 @@ class BumpErrors:
 
 
 def bump_errors(lost: float, wheelbase: float, interval: float, link_length: float) -> BumpErrors:
-    """Return the errors that one wheel's lost travel makes, C (4)-(8).
+    """Return the errors that one wheel's lost travel [m] makes, C (4)-(8).
 
-    Args:
-        lost: Travel that the wheel loses on the bump [m], C (1).
-        wheelbase: Wheelbase b of the truck [m].
-        interval: Travel within one sampling interval, D_s [m].
-        link_length: Length L of the link [m].
+    `wheelbase` is b [m], `interval` the travel within one sampling interval D_s [m], `link_length` L [m].
     """
     heading = math.asin(lost / wheelbase)
     inside = interval * math.sin(heading)

@@ -15,9 +15,8 @@ from omnimate.figures.style import BLUE, GREEN, GREY, VERMILLION
 from omnimate.vehicle.se2 import Array
 from studies.figures import framed
 from studies.papers.bumps import Growth, bump_growth
-from studies.papers.drives import Turning
-from studies.papers.estimates import sizes
-from studies.papers.protocols import lap_errors_of, rectangle_errors, straight_errors
+from studies.papers.protocols import lap_errors_of, rectangle_errors, sizes, straight_errors
+from studies.papers.robots import Turning
 from studies.papers.squares import FIGURE_11, stages_of
 
 # Label, return errors `(N, 3)`, colour and mark of a set, and whether its marks are filled.

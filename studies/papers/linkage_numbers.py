@@ -30,7 +30,6 @@ _INTERVAL, _LINK = 0.020, 1.0  # [m] 0.5 m/s in 40 ms; C 6
 
 
 def linkage_numbers() -> tuple[Row, ...]:
-    """Return all rows."""
     return (*bumps(), *biases(), *turns(), doubling(), unequal_wheels())
 
 
@@ -116,11 +115,8 @@ def printed_omnimate(
 ) -> Array:
     """Return the path `(N, 3)` of truck a by O (1)-(6) with one of the print's errors.
 
-    Args:
-        recording: Recording of a robot with two trucks.
-        start: Pose of truck a at the first sample [m, m, rad], shape `(3,)`.
-        previous_b: Whether (1) uses truck b's pose before the sample, as printed.
-        printed_sign: Whether (2) to (4) add the error of the heading instead of removing it, as printed.
+    `previous_b`: (1) uses truck b's pose before the sample; `printed_sign`: (2) to (4) add the error of the
+    heading instead of removing it.
     """
     counts, present = ordered_counts(recording)
     corrector = Corrector(recording.vehicle, "plain")
@@ -154,10 +150,7 @@ def unequal_wheels() -> Row:
 def lap_errors(recording: Recording, path: Array, fixes: Poses | None = None) -> Array:
     """Return absolute minus estimated return pose of each lap `(L, 3)`, U 3.1, for a path `(N, 3)`.
 
-    Args:
-        recording: A recording with laps.
-        path: Path of truck a, shape `(N, 3)`.
-        fixes: Fixes of truck a, before each lap and after the last; None takes those of the recording.
+    Fixes of truck a are needed before each lap and after the last; None takes those of the recording.
     """
     assert recording.run is not None
     assert recording.poses is not None

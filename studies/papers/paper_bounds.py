@@ -32,13 +32,11 @@ from omnimate.vehicle.arcs import integrate
 from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.se2 import Array, compose
 from studies.benchmark import options
-from studies.datasets.optiodom.drives import read_set
-from studies.datasets.optiodom.files import find_sets
+from studies.datasets.optiodom.drives import find_sets, read_set
 from studies.datasets.optiodom.scores import calibrate_squares, score
-from studies.papers.drives import laps, rectangle
-from studies.papers.estimates import CLAPPER_SONAR, OMNIMATE_SONAR, Estimator, path_of, sizes
 from studies.papers.linkage_numbers import lap_errors
-from studies.papers.robots import LEFT_BEHIND, UNCALIBRATED
+from studies.papers.protocols import CLAPPER_SONAR, OMNIMATE_SONAR, Estimator, path_of, sizes
+from studies.papers.robots import LEFT_BEHIND, UNCALIBRATED, laps, rectangle
 
 EXPERIMENTS = 4000
 KNOWN = FilterNoise(sideways=0.0, trust=1e9)  # the simulated floor, which needs no learning
@@ -87,12 +85,8 @@ def away(
 ) -> Array:
     """Return how far dead reckoning is away [m] at each reading of a drive, in one experiment, shape `(N,)`.
 
-    Args:
-        drive: The drive.
-        calibration: The robot's calibration, whose values are those of dead reckoning.
-        off: What the true coordinates differ by, shape `(P,)`.
-        level: Size of the scatter; 1 as the calibration says.
-        chance: Source of chance.
+    The true coordinates differ by `off` `(P,)` from those of the calibration, and the scatter is `level`
+    times what it says.
     """
     robot, fitted = calibration.kinematics, calibration.estimate
     steps = robot.steps(drive.readings, np.zeros(len(off)))

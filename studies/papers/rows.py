@@ -89,10 +89,7 @@ _SHOWN = 3  # terms
 def explained(row: Row, figure: Callable[[Term], Array], digits: int) -> Row:
     """Return the row, with its error budget as a note unless it surely keeps a printed bound.
 
-    Args:
-        row: The row to explain.
-        figure: Function that returns the row's values `(n,)` without a given cause.
-        digits: Number of digits after the decimal point.
+    `figure` returns the row's values `(n,)` without a given cause.
     """
     if row.verdict not in {"missed", "unsure"}:
         return row

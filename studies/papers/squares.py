@@ -41,7 +41,6 @@ SMALL_ANGLES = (
 
 
 def square_numbers() -> tuple[Row, ...]:
-    """Return all rows."""
     return (*figure_11(), *small_angles(), *stop_rule(), scale_left_in())
 
 

@@ -33,12 +33,7 @@ def stages(*, quick: bool) -> list[Stage]:
 
 
 def run(plan: Sequence[Stage], jobs: int) -> Iterator[tuple[str, tuple[Row, ...]]]:
-    """Yield the name and the rows of each stage as soon as it is computed.
-
-    Args:
-        plan: The stages, as `studies.papers.table.stages` returns them.
-        jobs: The number of processes; with 1 the stages are computed in this process, in their order.
-    """
+    """Yield name and rows of each stage once it is computed; one job computes in this process, in order."""
     if jobs == 1:
         for name, stage in plan:
             yield name, stage()

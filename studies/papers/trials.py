@@ -93,12 +93,7 @@ def left_over(trial: Trial, count: int, method: Method, seed: int = 0) -> Array:
 def efficiency(trial: Trial, count: int, *, estimated_weights: bool = True, seed: int = 0) -> Array:
     """Return the mean square errors of E_b and E_d `(2,)` of the weighted fit over their Cramer-Rao bounds.
 
-    Args:
-        trial: The robot, its square and its scatter.
-        count: Number of experiments.
-        estimated_weights: Whether the weights come from the scatter of the runs, as on a robot, or from the
-            true covariance.
-        seed: Seed of the random scatter.
+    The weights come from the scatter of the runs, as on a robot, or from the true covariance.
     """
     chance = np.random.default_rng(seed)
     cw, ccw = (trial.runs_of(chance, direction, count) for direction in (0, 1))
@@ -132,11 +127,6 @@ def free_coverage(trial: Trial, count: int, seed: int = 0) -> tuple[float, int]:
     The fit has the wheelbase, both diameters, the reference's pose on the robot, its delay, the floor's
     roughness and the fixes' noise; what the drive does not tell, the fit itself holds.
 
-    Args:
-        trial: The robot's factors, its runs and its square; the scatter is the simulator's.
-        count: Number of experiments.
-        seed: Seed of the first experiment; the others follow it.
-
     Returns:
         Share of the 95 % intervals that contain the truth, and the number of fits: some find no solution.
     """
@@ -158,13 +148,8 @@ def factor_bound(
 ) -> Array:
     """Return the smallest covariance `(2, 2)` of E_b and E_d that an unbiased estimate can have.
 
-    Args:
-        truck: The nominal truck.
-        factors: The true E_b and E_d.
-        side: Length of each side of the square [m].
-        runs: Number of cw and of ccw runs.
-        covariance: Covariance of the return error x, y [m], theta [rad] of one ccw run, shape `(3, 3)`; that
-            of a cw run is its mirror image. An infinite variance means that the component is not measured.
+    `runs` are the numbers of cw and of ccw runs; `covariance` is that of the return error x, y [m], theta
+    [rad] of one ccw run, whose mirror image a cw run has. An infinite variance means: not measured.
     """
     logs = np.log(np.array(factors, np.float64))
     scales, by_logs = factor_scales(truck, logs)

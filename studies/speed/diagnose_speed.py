@@ -10,7 +10,6 @@ while the time is measured. For 20,000 samples 2 s of one processor and 500 MiB 
 
 import resource
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from multiprocessing import get_context
 
 from rich.progress import track
@@ -28,26 +27,14 @@ from studies.benchmark import cost, duration, options
 WORN = WheelDiameter("a.left", ratio=1.004), JointBias("joint_a", bias=0.01)
 
 
-@dataclass(frozen=True)
-class Measured:
-    """The figures of one length."""
-
-    samples: int
-    simulation: float  # [s]
-    diagnosis: float  # [s]
-    processor: float  # [s] of it
-    memory: float  # [MiB] at most
-    findings: str
-
-
 def simulated(laps: int) -> Recording:
     """Return a drive of a robot with a worn wheel and a biased joint."""
     vehicle = reference_vehicle()
     return simulate(vehicle, Truth(vehicle, seed=7, effects=WORN), figure_eight(1.0, laps))
 
 
-def measured(samples: int) -> Measured:
-    """Return the figures of a drive of at least so many samples."""
+def measured(samples: int) -> str:
+    """Return the figures of a drive of at least so many samples, as a line."""
     lap = simulated(1)
     diagnose([lap])
     laps = 1 + samples // len(lap)
@@ -56,7 +43,11 @@ def measured(samples: int) -> Measured:
     used = cost(lambda: diagnoses.append(diagnose([recording])))
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     findings = ", ".join(f"{finding.effect} {finding.component}" for finding in diagnoses[0].findings)
-    return Measured(len(recording), simulation, used.wall, used.processor, memory, findings)
+    return (
+        f"{len(recording)} samples: {used.wall:.1f} s (processor {used.processor:.1f} s), "
+        f"{used.wall / simulation:.0f} times the simulation of the drive, {memory:.0f} MiB at most: "
+        f"{findings}"
+    )
 
 
 def main() -> None:
@@ -65,12 +56,7 @@ def main() -> None:
     lengths = [given.samples * 2**number for number in range(given.doublings + 1)]
     with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         lines = list(track(pool.map(measured, lengths), "diagnosing", total=len(lengths)))
-    for line in lines:
-        ratio = line.diagnosis / line.simulation
-        print(
-            f"{line.samples} samples: {line.diagnosis:.1f} s (processor {line.processor:.1f} s), "
-            f"{ratio:.0f} times the simulation of the drive, {line.memory:.0f} MiB at most: {line.findings}"
-        )
+    print(*lines, sep="\n")
 
 
 if __name__ == "__main__":

@@ -31,8 +31,6 @@ FAULTY, PLACES = 0.03, 20  # part of the robots, and number of places, as in the
 
 @dataclass(frozen=True, slots=True)
 class Spent:
-    """What a batch took."""
-
     laps: int  # laps that it worked on
     asked: int  # laps for which the whole diagnosis was made
     processor: float  # processor time [s]

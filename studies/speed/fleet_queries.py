@@ -124,7 +124,7 @@ def main() -> None:
         print(f"{given.robots * given.days} results: {given.robots} robots, {given.days} days")
         medians = {}
         for name, (query, wanted) in queries.items():
-            walls, processors = zip(*(cost(query) for _ in range(given.repeats)), strict=True)
+            walls, processors, _ = zip(*(cost(query) for _ in range(given.repeats)), strict=True)
             medians[name] = float(np.median(walls))
             aim = f", wanted {1e3 * wanted:.0f}" if wanted else ""
             print(

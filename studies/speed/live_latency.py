@@ -189,7 +189,6 @@ def main() -> int:
 
 
 def p99(spent: list[float]) -> float:
-    """Return the 99th percentile."""
     return statistics.quantiles(spent, n=100)[98]
 
 

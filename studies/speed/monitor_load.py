@@ -102,8 +102,6 @@ async def monitored(
 
 
 class Counter(can.Listener):
-    """Counts frames."""
-
     def __init__(self) -> None:
         self.count = 0
 

@@ -197,7 +197,6 @@ def stuck(client: Client) -> set[str]:
 
 
 def recording_zip(folder: Path | str) -> bytes:
-    """Return a short recording."""
     vehicle = reference_vehicle()
     assert vehicle.linkage is not None  # two trucks
     program = umbmark(0.5, 1, speed=0.4, link_length=vehicle.linkage.length)

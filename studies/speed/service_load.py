@@ -176,7 +176,6 @@ def simulated(folder: Path | str) -> Iterator[str]:
 
 @contextmanager
 def logged(bus: str, log: Path) -> Iterator[None]:
-    """Log the bus in another process."""
     _, host, port, channel = re.split("[:/]+", bus)
     command = [
         sys.executable, "-m", "can.logger", "-i", "socketcand", "-c", channel, "-f", str(log),
@@ -195,7 +194,6 @@ def lateness(log: Path, period: float) -> list[float]:
 
 
 def words(durations: list[float]) -> str:
-    """Return the distribution in milliseconds."""
     p50, p99, worst = 1e3 * np.percentile(durations, [50, 99, 100])
     return f"p50 {p50:.1f} ms, p99 {p99:.1f} ms, worst {worst:.1f} ms, of {len(durations)}"
 

@@ -16,8 +16,6 @@ PATIENCE = 120.0  # [s] that a slow machine may take to start it
 
 
 class Service:
-    """A service that listens."""
-
     def __init__(self, folder: Path | str, database: str, *options: str) -> None:
         began = time.perf_counter()
         with (Path(folder) / "serve.log").open("ab") as log:

@@ -19,7 +19,8 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import can
@@ -71,19 +72,28 @@ CAUSES: dict[str, Callable[[ForeignDrive], None]] = {
 }
 
 
-def stopping_time(happen: Callable[[ForeignDrive], None], status: str | None, phase: float) -> float:
-    """Return the time until all drives are commanded to stop [ms].
-
-    Args:
-        happen: What happens to one drive.
-        status: Where the drives have their status word: None in no TPDO, "last" in one.
-        phase: When it happens after a SYNC [s].
-    """
+def _enabled(status: str | None) -> tuple[Bench, Driver]:
+    """Return a bench whose time is that of the process, and a driver that has enabled the drives on it."""
     bench = Bench(devices(status))
     time.monotonic, time.sleep = bench.monotonic, bench.sleep
     driver = Driver(vehicle := two_trucks(), bench, clock=BenchClock(vehicle.bus.sync_period))
     driver.configure()
     driver.enable()
+    return bench, driver
+
+
+def _until_zeros(frames: Sequence[tuple[float, int, bytes]], began: float) -> float:
+    """Return the time from a moment until zero velocity was sent to all four drives, in some frames [ms]."""
+    zeros = [at for at, can_id, data in frames if can_id >> 4 == 0x21 and not any(data)]
+    return (zeros[3] - began) * 1e3
+
+
+def stopping_time(happen: Callable[[ForeignDrive], None], status: str | None, phase: float) -> float:
+    """Return the time until all drives are commanded to stop [ms] after something happens to one of them.
+
+    They have their status word in no TPDO (None) or in one ("last"); `phase` is the time after a SYNC [s].
+    """
+    bench, driver = _enabled(status)
     for _ in range(20):
         driver.command((SPEED,) * 4)
         driver.cycle()
@@ -94,10 +104,7 @@ def stopping_time(happen: Callable[[ForeignDrive], None], status: str | None, ph
             driver.command((SPEED,) * 4)
             driver.cycle()
     except DrivesStopped:
-        zeros: list[float] = [
-            at for at, can_id, data in bench.sent[sent:] if can_id >> 4 == 0x21 and not any(data)
-        ]
-        return (zeros[3] - began) * 1e3
+        return _until_zeros(bench.sent[sent:], began)
     finally:
         bench.shutdown()
     raise AssertionError("the robot was not stopped")
@@ -105,11 +112,7 @@ def stopping_time(happen: Callable[[ForeignDrive], None], status: str | None, ph
 
 def standing_time(status: str | None, phase: float) -> float:
     """Return the time from an encoder's last answer until all drives are commanded to stand [ms]."""
-    bench, vehicle = Bench(devices(status)), two_trucks()
-    time.monotonic, time.sleep = bench.monotonic, bench.sleep
-    driver = Driver(vehicle, bench, clock=BenchClock(vehicle.bus.sync_period))
-    driver.configure()
-    driver.enable()
+    (bench, driver), vehicle = _enabled(status), two_trucks()
     assert vehicle.linkage is not None  # two trucks
     program = out_and_back(20.0, 1, speed=0.3, link_length=vehicle.linkage.length)
     moments = motion.drive(driver, Runner(program, vehicle), vehicle, Journal(program))
@@ -120,16 +123,13 @@ def standing_time(status: str | None, phase: float) -> float:
     while bench.now < began + 0.5:
         next(moments)
     bench.shutdown()
-    frames = [frame for frame in bench.sent[sent:] if frame[0] >= began]
-    zeros: list[float] = [at for at, can_id, data in frames if can_id >> 4 == 0x21 and not any(data)]
-    return (zeros[3] - began) * 1e3
+    return _until_zeros([frame for frame in bench.sent[sent:] if frame[0] >= began], began)
 
 
 def watchdog_times(syncs: int) -> tuple[float, float]:
     """Return the times from the driver's end until no drive has a command, and until all wheels stand [ms].
 
-    Args:
-        syncs: Number of SYNCs for which the driver commands the wheels before it ends.
+    The driver commands the wheels for some SYNCs before it ends.
     """
     vehicle = reference_vehicle()
     period = vehicle.bus.sync_period
@@ -163,20 +163,17 @@ def main() -> int:
     clocks = time.monotonic, time.sleep
     print(f"{'cause':34}{'6041h by SDO':>20}{'6041h in a TPDO':>20}   [ms], median and slowest")
     slowest = 0.0
-    for name, happen in CAUSES.items():
+    rows: dict[str, Callable[[str | None, float], float]]
+    rows = {name: partial(stopping_time, happen) for name, happen in CAUSES.items()}
+    rows["encoder silent, in a program"] = standing_time
+    for name, time_of in rows.items():
         line = f"{name:34}"
         for status in (None, "last"):
-            times = [stopping_time(happen, status, SPAN * step / MOMENTS) for step in range(MOMENTS)]
+            times = [time_of(status, SPAN * step / MOMENTS) for step in range(MOMENTS)]
             line += f"{statistics.median(times):>13.0f}{max(times):>7.0f}"
-            if happen is not block:
+            if CAUSES.get(name) is not block:
                 slowest = max(slowest, *times)
         print(line)
-    line = f"{'encoder silent, in a program':34}"
-    for status in (None, "last"):
-        times = [standing_time(status, SPAN * step / MOMENTS) for step in range(MOMENTS)]
-        line += f"{statistics.median(times):>13.0f}{max(times):>7.0f}"
-        slowest = max(slowest, *times)
-    print(line)
     time.monotonic, time.sleep = clocks
     dropped, stood = zip(*(watchdog_times(60 + syncs) for syncs in range(MOMENTS)), strict=True)
     print(f"{'driver gone: command dropped':34}{statistics.median(dropped):>13.0f}{max(dropped):>7.0f}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,12 +17,68 @@ from omnimate.calib.paths.drives import Drive
 from omnimate.calib.paths.kinematics import Differential, Kinematics
 from omnimate.calib.paths.least_squares import PathCalibration, calibrate_path
 from omnimate.calib.paths.reference import dead_reckoned
+from omnimate.calib.umbmark.experiment import Experiment, experiment_of_runs
 from omnimate.calib.umbmark.printed import solve_printed
-from omnimate.calib.umbmark.runs import return_errors
-from omnimate.vehicle.se2 import Array
-from studies.datasets.optiodom.drives import DriveSet, read_set
-from studies.datasets.optiodom.files import OptiOdomError, find_sets
-from studies.datasets.optiodom.squares import read_squares
+from omnimate.calib.umbmark.runs import SquareDirection, SquareRun, return_errors
+from omnimate.vehicle.parameters import Truck
+from omnimate.vehicle.se2 import Array, between
+from studies.datasets.optiodom.drives import (
+    DriveSet,
+    OptiOdomError,
+    find_sets,
+    read_metadata,
+    read_numbers,
+    read_set,
+)
+
+
+class SquareSet(NamedTuple):
+    """The runs of squares of a nominal robot, in the order of their numbers."""
+
+    truck: Truck
+    side: float  # of the square [m]
+    runs: tuple[SquareRun, ...]
+
+
+def experiment_of_optiodom(folder: Path | str, side: float | None = None) -> Experiment:
+    """Return the experiment of an OptiOdom folder; `side` [m] stands in for that of its metadata.
+
+    Raises:
+        OptiOdomError: The folder is not a set of squares of the differential robot.
+        DirectionError: A direction is missing, or a run is not one square.
+    """
+    truck, stated, runs = read_squares(folder)
+    return experiment_of_runs(str(folder), truck, stated if side is None else side, runs)
+
+
+def read_squares(folder: Path | str) -> SquareSet:
+    """Return the square runs of an OptiOdom folder of the differential robot.
+
+    The direction of each run follows from its wheels and not from the order of the set.
+
+    Raises:
+        OptiOdomError: The folder is not a set of squares, or a file in it is damaged.
+    """
+    folder = Path(folder)
+    metadata = read_metadata(folder)
+    kind = metadata.get("type", [""])[0]
+    if kind != "diff":
+        raise OptiOdomError(folder, f"robot type {kind!r}; UMBmark needs the differential robot, diff")
+    side = read_numbers(folder, metadata, "L", 1)[0]
+    count, data = int(read_numbers(folder, metadata, "N", 1)[0]), read_set(folder)
+    if len(data.drives) != count:
+        raise OptiOdomError(folder, f"{len(data.drives)} runs; expected N = {count} as the metadata says")
+    assert isinstance(data.kinematics, Differential)  # by its type
+    return SquareSet(data.kinematics.truck, side, tuple(map(_run, data.drives)))
+
+
+def _run(drive: Drive) -> SquareRun:
+    poses = drive.pose.copy()
+    poses[:, 2] = np.unwrap(poses[:, 2])
+    wheel_angles = np.diff(drive.readings, axis=0, prepend=0.0)
+    left, right = drive.readings[-1]
+    direction: SquareDirection = "cw" if right < left else "ccw"
+    return SquareRun(direction, between(poses[0], poses[-1]), wheel_angles, drive.source)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +91,6 @@ class Score:
 
 @dataclass(frozen=True, slots=True)
 class SetScores:
-    """The scores of one set."""
-
     name: str  # name of the set: robot/path/date
     runs: int  # number of runs
     seen: bool  # whether the calibration used the set
@@ -49,8 +104,6 @@ class SetScores:
 
 @dataclass(frozen=True, slots=True)
 class RobotScores:
-    """One robot: its calibration, and its scores on all sets."""
-
     kind: str  # kind of robot: diff or tricyc
     calibration: PathCalibration  # calibration by least squares on all squares
     # model calibrated by the printed UMBmark equations, x and y averaged, on all squares; None for the
@@ -128,8 +181,8 @@ def _score_robot(kind: str, sets: list[tuple[Path, DriveSet]]) -> RobotScores:
 def _printed(sets: list[tuple[Path, DriveSet]]) -> Kinematics:
     """Return the model calibrated by the printed equations, U (4.17)-(4.32), from the runs of all squares."""
     squares = [read_squares(folder) for folder, data in sets if data.path == "square"]
-    truck, side = squares[0].truck, squares[0].side
-    runs = [run for square in squares for run in square.runs]
+    truck, side, _ = squares[0]
+    runs = [run for *_, of_set in squares for run in of_set]
     errors = return_errors(runs, truck, side, str(sets[0][0].parent))
     correction = solve_printed(errors, truck.wheelbase)
     return Differential(corrected_truck(truck, correction.e_b, correction.e_d))

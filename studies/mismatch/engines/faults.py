@@ -242,14 +242,9 @@ def moved(fault: ConcealedFault, twist: Twist, step: TruckStep) -> Twist:
 
 
 def shown(fault: ConcealedFault, reading: float, rest: float, joint_a: float, other: float) -> float:
-    """Return the reading of a joint's or the link's encoder with a fault in it [rad, m].
+    """Return what a joint's or the link's encoder with a fault shows of a true reading [rad, m].
 
-    Args:
-        fault: Fault that acts on the encoder.
-        reading: True angle of the joint [rad], or length of the link [m].
-        rest: Length of the link at rest [m].
-        joint_a: True angle of joint a [rad].
-        other: True angle of the other joint [rad].
+    `rest` is the link's length at rest [m], `joint_a` and `other` are true angles of joints [rad].
     """
     effect = fault.effect
     if effect == "joint_backlash":

@@ -80,11 +80,7 @@ def _rolled(drive: Drive, wheel: int, law: Callable[[Array, Array], Array]) -> A
 def rolling_ratio(effect: str, parameters: Parameters, speed: Value, time: Value) -> Value:
     """Return how far a wheel travels over how far it rolls, with an effect of `SCALED`, of one or all steps.
 
-    Args:
-        effect: Name of the effect.
-        parameters: Its parameters, by name.
-        speed: Speed of the wheel [m/s].
-        time: Time at the end of the step [s].
+    `speed` is that of the wheel [m/s], `time` the end of the step [s].
     """
     if effect == "wheel_diameter":
         return parameters["ratio"]
@@ -231,12 +227,7 @@ def _wider(
 def reading_of(effect: str, parameters: Parameters, reading: Value, joint_a: Value, rest: float) -> Value:
     """Return what an encoder of the linkage reads with an effect that has no memory, of one or all samples.
 
-    Args:
-        effect: Name of the effect.
-        parameters: Its parameters, by name.
-        reading: True angle of the joint [rad], or length of the link [m].
-        joint_a: True angle of joint a [rad].
-        rest: Length of the link at rest [m].
+    `reading` and `joint_a` are true [rad, m]; `rest` is the link's length at rest [m].
     """
     if effect in {"joint_bias", "link_bias"}:
         return reading + parameters["bias"]
@@ -251,12 +242,7 @@ def body_motion(
 ) -> tuple[Value, Value]:
     """Return the motion forward and left [m] that an effect adds to a truck's, of one or all steps.
 
-    Args:
-        effect: Name of the effect.
-        parameters: Its parameters, by name.
-        step: Motion forward [m] and yaw [rad] in a step.
-        span: Duration of the step [s].
-        heading: Heading of the truck on the floor [rad].
+    A step is the motion forward [m] and the yaw [rad] within a span [s]; the heading is on the floor [rad].
     """
     forward, yaw = step
     if effect == "wheel_misalignment":

@@ -65,15 +65,9 @@ def _shuttle(chance: Generator, number: int) -> Lap:
 def commands(
     laps: list[Lap], period: float, servo: tuple[float, float]
 ) -> tuple[Array, list[tuple[str, int, int]]]:
-    """Return the commands of a drive with limited acceleration.
+    """Return speeds [m/s] and turn rates [rad/s], `(N, 2)`, and laps as (direction, first row, last row).
 
-    Args:
-        laps: Laps, each as its direction and its legs.
-        period: Sample period [s].
-        servo: Most acceleration [m/s^2] and turn acceleration [rad/s^2].
-
-    Returns:
-        Speeds [m/s] and turn rates [rad/s], shape `(N, 2)`, and laps as (direction, first row, last row).
+    `servo` is the most acceleration [m/s^2] and turn acceleration [rad/s^2].
     """
     wanted: list[tuple[float, float]] = [(0.0, 0.0)] * round(STOP / period)
     spans = []

@@ -134,8 +134,6 @@ LARGEST = {
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """What is injected."""
-
     effect: str  # name of the effect in the vocabulary
     component: str  # component on which it acts
     size: float  # its size, with its sign
@@ -153,8 +151,6 @@ class Injection:
 
 @dataclass(frozen=True, slots=True)
 class Strong:
-    """An injection, measured."""
-
     injection: Injection  # what is injected
     strength: float  # standard deviations by which it stands above the noise, nuisances estimated with it
     # other effects by (effect, component), and the standard deviations that tell them from it; those that

@@ -32,8 +32,6 @@ SMOOTHING = 0.2  # [s] over which speeds are taken; a count of 0.1 mm is then 0.
 
 @dataclass(frozen=True, slots=True)
 class Poses:
-    """Measured poses of one truck."""
-
     time: Array  # stamp of each pose [s], shape `(M,)`
     pose: Array  # measured x [m], y [m] and heading [rad], the heading unwrapped, shape `(M, 3)`
 
@@ -58,7 +56,6 @@ class Drive:
 
     @property
     def trucks(self) -> int:
-        """Number of trucks."""
         return len(self.wheelbase)
 
     def with_way(self, wheel: int, way: Array) -> Self:

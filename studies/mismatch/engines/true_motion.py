@@ -61,13 +61,10 @@ def motion(drive: Drive, rows: int = 1) -> tuple[Array, Array]:
 
 
 def calibrate(drive: Drive, rest: float) -> Nominal:
-    """Return the rolling radii, the tracks and the link's length at rest that explain a drive best.
+    """Return the rolling radii, the tracks and the link's length at rest that explain a healthy drive best.
 
-    Radii and tracks are least squares over stretches of half a second of the true motion.
-
-    Args:
-        drive: A drive of a healthy robot.
-        rest: Length of the link at which its encoder reads zero [m].
+    Radii and tracks are least squares over stretches of half a second of the true motion; `rest` is the
+    length of the link at which its encoder reads zero [m].
     """
     moved, wheels = motion(drive, WINDOW)
     trucks = drive.poses.shape[1]
@@ -107,12 +104,9 @@ def residuals(drive: Drive, nominal: Nominal, rows: int = WINDOW) -> Array:
 
 
 def above_noise(fault: Array, healthy: Array, floor: Array) -> float:
-    """Return by how many standard deviations a fault's residuals differ from the healthy robot's.
+    """Return by how many standard deviations a fault's residuals `(N, C)` differ from the healthy robot's.
 
-    Args:
-        fault: Residuals of the robot with the fault, shape `(N, C)`.
-        healthy: Residuals of the healthy robot on the same drive, shape `(M, C)`.
-        floor: Standard deviations below which no sensor measures, shape `(C,)`.
+    `floor` `(C,)` are standard deviations below which no sensor measures.
     """
     n = min(len(fault), len(healthy))
     sigma = np.hypot(healthy.std(axis=0), floor)
@@ -269,15 +263,12 @@ class Draws:
         return float(self.chance.choice([-1.0, 1.0]))
 
     def wheel(self) -> str:
-        """Return a wheel, drawn at random."""
         return str(self.chance.choice(WHEELS[: len(self.nominal.radii)]))
 
     def truck(self) -> str:
-        """Return a truck, drawn at random."""
         return str(self.chance.choice(TRUCKS[: len(self.nominal.tracks)]))
 
     def joint(self) -> str:
-        """Return a joint, drawn at random."""
         return str(self.chance.choice(JOINTS))
 
     def moment(self, first: float, last: float) -> float:

@@ -113,14 +113,10 @@ def label(
     acceptable: Iterable[tuple[str, str]] | None = None,
     intervals: list[list[float]] | None = None,
 ) -> dict[str, Any]:
-    """Return the label of one effect, as `labels.json` holds it.
+    """Return the label of one effect, or of "unknown", as `labels.json` holds it.
 
-    Args:
-        effect: Name of the effect, or "unknown".
-        component: Component on which it acts.
-        parameters: Its parameters, by name.
-        acceptable: Other effects that count as right, by (effect, component); None for those of `ALIKE`.
-        intervals: Intervals in which it acts [s]; None for those of its parameters.
+    `acceptable` are other effects that count as right, by (effect, component), those of `ALIKE` for None;
+    `intervals` [s] those in which it acts, for None those of its parameters.
     """
     if intervals is None:
         intervals = parameters.get("intervals", [])

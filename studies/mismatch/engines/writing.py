@@ -107,13 +107,9 @@ def random_robot(chance: Generator, trucks: int) -> Robot:
 def encoders(
     chance: Generator, nodes: NDArray[np.int64], trucks: int, resolutions: tuple[int, int, int]
 ) -> tuple[Device, ...]:
-    """Return the encoders of a robot, with random signs, widths and zeros.
+    """Return the encoders of a robot on these nodes, with random signs, widths and zeros.
 
-    Args:
-        chance: Source of what is drawn.
-        nodes: A node id for each, in order.
-        trucks: Number of trucks.
-        resolutions: Counts per turn of the wheels, per turn of the joints, and per metre of the link.
+    `resolutions` are counts per turn of the wheels, per turn of the joints, and per metre of the link.
     """
     turn, joint, metre = resolutions
     devices = []
@@ -179,7 +175,6 @@ MEASURING = {"none": None, "sonar": SONAR, "mocap": MOCAP}
 def write(
     folder: Path, robot: Robot, log: Log, measuring: Measuring | None, dropped: float, chance: Generator
 ) -> None:
-    """Write one recording."""
     folder.mkdir(parents=True)
     (folder / "vehicle.toml").write_text(toml_of(robot), encoding="utf-8")
     (folder / "can.log").write_text(_frames(robot, log, dropped, chance), encoding="utf-8")
@@ -262,14 +257,10 @@ def seen(robot: Robot, log: Log, measuring: Measuring | None, chance: Generator 
 
 
 def seen_exactly(robot: Robot, time: Array, wheels: Array, linkage: Array, poses: Iterator[Pose]) -> Seen:
-    """Return a drive by the readings of its sensors.
+    """Return a drive by the readings of its sensors, and poses in order of time.
 
-    Args:
-        robot: The robot as its owner believes it to be.
-        time: Time of each sample [s], shape `(N,)`.
-        wheels: Angles of the wheels [rad], shape `(N, 2 T)`.
-        linkage: joint_a [rad], joint_b [rad] and the link's length [m], shape `(N, 3)`, or `(N, 0)`.
-        poses: Measured poses, in order of time.
+    Angles of wheels are [rad], `(N, 2 T)`; the linkage is joint_a [rad], joint_b [rad] and the link's length
+    [m], shape `(N, 3)`, or `(N, 0)`.
     """
     rows: dict[int, list[tuple[float, Array]]] = {}
     for stamp, truck, pose in poses:

@@ -32,7 +32,6 @@ SINDY = "pysindy"
 
 
 def has_sindy() -> bool:
-    """Say whether pysindy is installed."""
     return find_spec(SINDY) is not None
 
 

@@ -15,8 +15,7 @@ import numpy as np
 
 from omnimate.vehicle.linkage import linkage_of
 from omnimate.vehicle.se2 import wrap
-from studies.mismatch.engines.cases import seed_of
-from studies.mismatch.engines.scene import Case, scene
+from studies.mismatch.engines.scene import Case, scene, seed_of
 from studies.mismatch.engines.vocabulary import Array
 from studies.mismatch.engines.writing import Log, Robot, seen
 from studies.mismatch.scoring.judging import ASSERTED, UNNAMED, asserted, first_exact, first_right
@@ -24,8 +23,6 @@ from studies.mismatch.scoring.judging import ASSERTED, UNNAMED, asserted, first_
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """What to audit."""
-
     name: str  # name of the case
     case: Case  # the case
     seed: int  # seed of the case

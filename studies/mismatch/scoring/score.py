@@ -57,7 +57,6 @@ class Bin:
 
     @property
     def share(self) -> float:
-        """Share of those that are right."""
         return self.right / self.of
 
     @property
@@ -66,7 +65,6 @@ class Bin:
         return wilson(self.right, self.of)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the bin as an object."""
         return {"said": self.said, "right": self.right, "of": self.of, "interval": list(self.interval)}
 
 
@@ -111,7 +109,6 @@ class Line:
 
     @property
     def text(self) -> str:
-        """The figure in a table."""
         if math.isnan(self.value):
             return "-"
         return "{} of {}".format(*self.counted) if self.counted else self.note or f"{self.value:.3g}"
@@ -124,7 +121,6 @@ class Line:
         return self.value > self.target if self.most else self.value < self.target
 
     def as_json(self) -> dict[str, Any]:
-        """Return the figure as an object."""
         shown: dict[str, Any] = {"value": _number(self.value)}
         if self.counted:
             hits, of = self.counted
@@ -147,9 +143,7 @@ def _number(value: float) -> float | None:
 def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Line]:
     """Return the score of a world; every world has the same lines, those without a case empty.
 
-    Args:
-        labels: Label of each case, as `labels.json` holds it.
-        answers: Answer to each case, as `Diagnosis.as_json` gives it; cases without one do not count.
+    Labels and answers are JSON, by case; cases without an answer do not count.
     """
     answers = beyond_twins(labels, answers)
     pairs = [(label, answers[name]) for name, label in labels.items() if name in answers]
@@ -256,7 +250,6 @@ class Score:
     reliability: Sequence[Bin]  # what was said against what is right
 
     def as_json(self) -> dict[str, Any]:
-        """Return the score as an object."""
         return {
             "title": self.title,
             "cases": self.cases,
@@ -267,7 +260,6 @@ class Score:
 
 
 def scored(corpus: Corpus, answers: Answers) -> Score:
-    """Return the score of one world."""
     labels = corpus.labels
     return Score(
         corpus.world.name,

@@ -18,7 +18,7 @@ from omnimate.calib.paths.least_squares import calibrate_truck
 from omnimate.files.recordings.folder import save_recording
 from omnimate.vehicle.parameters import Channel
 from omnimate.vehicle.recording import Recording
-from studies.datasets.optiodom.recordings import each_recording
+from studies.datasets.optiodom.drives import each_recording
 from studies.mismatch.engines.rivals import draw
 from studies.mismatch.engines.strength import Drive, Poses, Ruler
 from studies.mismatch.run import Report

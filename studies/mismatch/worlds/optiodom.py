@@ -27,7 +27,7 @@ from omnimate.vehicle.arcs import integrate_twists
 from omnimate.vehicle.parameters import Channel
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.se2 import Array, between
-from studies.datasets.optiodom import recordings as optiodom
+from studies.datasets.optiodom import drives as optiodom
 from studies.mismatch.engines.strength import rates
 from studies.mismatch.engines.vocabulary import label
 from studies.mismatch.run import Answer, Question, Report, answer_of, recordings_of
@@ -117,9 +117,7 @@ _WHEELS: tuple[Channel, Channel] = ("a.left", "a.right")
 def position_error(recordings: Sequence[Recording], effects: Sequence[Effect] = ()) -> float:
     """Return the position error of truck a after 10 s of open loop, root mean square [m].
 
-    Args:
-        recordings: Recordings with dense poses of truck a, headings among them, of a robot as described.
-        effects: Physics that the description leaves out.
+    Recordings have dense poses of truck a; effects are physics that their description leaves out.
     """
     return float(np.sqrt(np.mean(np.concatenate([_errors(each, effects) for each in recordings]) ** 2)))
 

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from omnimate.vehicle.errors import OmnimateError
-from studies.mismatch.engines.cases import cases, make, seed_of
+from studies.mismatch.engines.scene import cases, make, seed_of
 from studies.mismatch.run import Report
 from studies.mismatch.worlds.injections import write_injections
 from studies.mismatch.worlds.optiodom import diagnosed_and_driven, write_optiodom

@@ -9,7 +9,7 @@ from omnimate.calib.paths.kinematics import Differential
 from omnimate.vehicle.arcs import arc, integrate
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.se2 import between
-from studies.datasets.optiodom.tricycle import Tricycle
+from studies.datasets.optiodom.drives import Tricycle
 
 MODELS = [Differential(Truck(0.34, 0.15, 0.151)), Tricycle(0.16, 0.064, 0.02)]
 READINGS = np.cumsum(np.random.default_rng(1).normal(0.0, 0.4, (9, 2)), axis=0)

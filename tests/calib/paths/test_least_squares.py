@@ -19,7 +19,7 @@ from omnimate.vehicle.arcs import integrate
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.se2 import compose, wrap
 from omnimate.vehicle.sonar import Sonar
-from studies.datasets.optiodom.tricycle import Tricycle
+from studies.datasets.optiodom.drives import Tricycle
 
 NOMINAL = Truck(0.340, 0.150, 0.150)
 TRUE = np.array([np.log(336.17 / 340.0), 0.0, np.log(1.00084)])

@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.files.importers.csv_file.importer import read_csv
 from omnimate.vehicle.errors import OmnimateError
-from studies.datasets.optiodom.squares import experiment_of_optiodom
+from studies.datasets.optiodom.scores import experiment_of_optiodom
 
 DATA = Path(__file__).parents[2] / "data" / "importers"
 

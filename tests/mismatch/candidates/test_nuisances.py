@@ -17,7 +17,7 @@ from omnimate.motion.paths import out_and_back
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
-from studies.mismatch.engines.cases import Case, make
+from studies.mismatch.engines.scene import Case, make
 
 
 @given(st.integers(0, 10_000), st.integers(20, 80))

@@ -5,7 +5,7 @@ from functools import partial
 
 import pytest
 
-from studies.mismatch.engines.cases import cases, make
+from studies.mismatch.engines.scene import cases, make
 from tests.studies.mismatch.answers import effect, label, write_healthy_set
 
 ANSWER = {"verdict": "agreement", "findings": [], "fit": None}

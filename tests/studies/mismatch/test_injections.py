@@ -12,11 +12,11 @@ from omnimate.files.importers.robots import single_truck
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Poses, Recording
-from studies.datasets.optiodom.recordings import differential_sets, each_recording
+from studies.datasets.optiodom.drives import differential_sets, each_recording
 from studies.mismatch.engines.laws import OF_TRUCKS, OF_WHEELS
 from studies.mismatch.engines.rivals import Injection
 from studies.mismatch.engines.vocabulary import VOCABULARY
-from studies.mismatch.laws.recovery import library_effect
+from studies.mismatch.laws.study import library_effect
 from studies.mismatch.worlds.injections import drive_of, with_drive, write_pair
 from studies.mismatch.worlds.optiodom import block_of, in_sequence
 

@@ -9,7 +9,7 @@ from omnimate.effects.latency import Latency
 from omnimate.effects.wheel_diameter import WheelDiameter
 from omnimate.effects.wheelbase import Wheelbase
 from omnimate.mismatch import Diagnosis
-from studies.datasets.optiodom.recordings import each_recording
+from studies.datasets.optiodom.drives import each_recording
 from studies.mismatch.scoring.score import rows
 from studies.mismatch.worlds import optiodom
 from studies.mismatch.worlds.optiodom import diagnosed_and_driven, halves, position_error, write_optiodom

@@ -5,10 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from studies.papers.drives import laps, rectangle, straight
-from studies.papers.estimates import CLAPPER_SONAR, as_derived, measured, return_errors
-from studies.papers.protocols import straight_errors
-from studies.papers.robots import TERMS, calibrated_truth, clapper
+from studies.papers.protocols import CLAPPER_SONAR, as_derived, measured, return_errors, straight_errors
+from studies.papers.robots import TERMS, calibrated_truth, clapper, laps, rectangle, straight
 
 
 def test_the_straight_line_goes_18_m_out_and_back_three_times():

@@ -35,9 +35,8 @@ from studies.mismatch.engines.writing import encoders as drawn_encoders
 Name = tuple[str, str]
 Build = Callable[[Setting], Fault]
 
-MOST = (
-    0.5  # share of a change without a law that a name may leave; it then explains three quarters of its power
-)
+# Share of a change without a law that a name may leave; it then explains three quarters of its power.
+MOST = 0.5
 # What contacts do to every robot: tyres creep, skid and scrub.
 EVERYDAY = ("lateral_slip", "traction_slip", "turn_scrub", "wheelbase")
 
@@ -47,17 +46,10 @@ def alike(
 ) -> tuple[bool, list[dict[str, Any]]]:
     """Return whether an effect's law explains its change, and the effects that count as right in its place.
 
-    A law that leaves more than half of the change does not explain it: the effect then is none of the
-    vocabulary, whatever was built in. An effect whose law explains its change is matched by what explains it
-    as well, up to 3 standard deviations; a change without a law by what explains most of it.
-
-    Args:
-        change: Whitened change `(K,)`.
-        effect: The effect, or "unknown".
-        component: Component on which it acts.
-        more: Its parameters; of something unknown, the intervals in which it acts.
-        healthy: What sensors see of the healthy twin.
-        ruler: Its ruler.
+    A law that leaves more than half of the whitened change `(K,)` does not explain it: the effect then is
+    none of the vocabulary, whatever was built in. An effect whose law explains its change is matched by what
+    explains it as well, up to 3 standard deviations; a change without a law by what explains most of it.
+    `more` has the effect's parameters; of something unknown, the intervals in which it acts.
     """
     moments = "slip_patch" if effect == "unknown" and more.get("intervals") else effect
     columns = rivals(moments, more, [healthy], ruler)
@@ -76,10 +68,7 @@ def alike(
 def everyday(healthy: Seen, ruler: Ruler, missed: Array) -> list[dict[str, Any]]:
     """Return what is true of the healthy robot beside any fault: naming it is right, missing it no mistake.
 
-    Args:
-        healthy: What sensors see of the healthy robot.
-        ruler: Its ruler.
-        missed: What dead reckoning misses of it, whitened, shape `(K,)`.
+    `missed` is what dead reckoning misses of it, whitened, shape `(K,)`.
     """
     columns = {name: own for name, own in rivals("", {}, [healthy], ruler).items() if name[0] in EVERYDAY}
     whole = float(np.linalg.norm(missed))
@@ -340,12 +329,7 @@ def _written(
 ) -> dict[str, Any]:
     """Write the recording of a drive, and return its label.
 
-    Args:
-        folder: Folder of the recording.
-        case: The case.
-        hidden: Its faults.
-        alone: A drive on a plane with each of them alone.
-        driven: The drive with all of them.
+    `alone` has a drive on a plane with each of the faults alone.
     """
     chance, robot, measuring = case.setting.chance, case.robot, case.measuring
     log = case.recorded(driven, hidden, chance)

@@ -47,8 +47,6 @@ class Wheel:
 
 @dataclass(frozen=True, slots=True)
 class Chassis:
-    """A robot as it is built."""
-
     name: str  # name of the robot
     urdf: str  # text of its URDF
     wheels: Mapping[str, Wheel]  # driven wheels, by channel
@@ -72,7 +70,6 @@ class Chassis:
 
     @property
     def trucks(self) -> int:
-        """Number of trucks."""
         return len(self.tracks)
 
 

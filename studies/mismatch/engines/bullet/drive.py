@@ -40,8 +40,6 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Floor:
-    """A floor."""
-
     slope: float  # rms slope of its surface in any direction; 0 for a plane
     seed: int = 0  # seed of the surface
     boxes: tuple[Box, ...] = ()  # boxes on it
@@ -86,8 +84,6 @@ def lay_box(box: Box) -> int:
 
 @dataclass(slots=True)
 class Tyres:
-    """The tyres of one robot."""
-
     grip: dict[int, float]  # friction of each wheel's tyre, by the number of its link
     creep: float  # slip at which a tyre has 0.7 of its grip [m/s]
 
@@ -114,13 +110,9 @@ INTO = 2.0  # gain with which truck a, driving backwards, turns into the link, o
 
 
 def wheel_speeds(nominal: Nominal, speed: float, rate: float, linkage: Array) -> Array:
-    """Return the speeds of all wheels [rad/s], shape `(2 T,)`.
+    """Return the speeds of all wheels [rad/s], `(2 T,)`, for a speed [m/s] and turn rate [rad/s] of truck a.
 
-    Args:
-        nominal: The robot as the controller knows it.
-        speed: Speed of truck a [m/s].
-        rate: Its turn rate [rad/s].
-        linkage: joint_a [rad], joint_b [rad] and the link's length [m], shape `(3,)`; not used of one truck.
+    `linkage` is joint_a [rad], joint_b [rad] and the link's length [m]; not used of one truck.
     """
     motion = [(speed, rate)]
     if len(nominal.tracks) == 2:
@@ -151,8 +143,6 @@ class TippedError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """What is driven."""
-
     commands: Array  # speed [m/s] and turn rate [rad/s] of the leading truck in each period, shape `(N, 2)`
     laps: Sequence[tuple[str, int, int]]  # laps as (direction, first row, last row)
     period: float  # period of SYNC [s]
@@ -204,14 +194,9 @@ class Scene:
 def drive(
     chassis: Chassis, floor: Floor, course: Course, nominal: Nominal, hooks: Sequence[Hook] = ()
 ) -> Drive:
-    """Return a robot's drive of a course.
+    """Return a robot's drive of a course, its controller knowing the nominal robot.
 
-    Args:
-        chassis: The robot as it is built.
-        floor: The floor under it.
-        course: What to drive.
-        nominal: The robot as its controller knows it.
-        hooks: Functions of the scene and the time [s] that are called before every period.
+    Hooks are called with the scene and the time [s] before every period.
 
     Raises:
         TippedError: The robot fell over.
@@ -253,7 +238,6 @@ class _Run:
         return number
 
     def driven(self, hooks: Sequence[Hook]) -> Drive:
-        """Return the drive."""
         period, readings, poses, touches = self.course.period, [], [], []
         start = self._read()
         offset = np.concatenate((self.course.angles - start[: len(self.driven_by)], np.zeros(3)))

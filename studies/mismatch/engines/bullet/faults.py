@@ -51,8 +51,6 @@ def _unchanged(chassis: Chassis) -> Chassis:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A fault of a robot."""
-
     effect: str  # its name in the vocabulary, or "unknown"
     component: str  # component on which it acts
     # function that returns its parameters, as a drive with the fault on a plane shows them

@@ -11,14 +11,10 @@ ORIGIN: Place = (0.0, 0.0, 0.0)
 
 
 def bare(text: str, rolling: Sequence[str]) -> str:
-    """Return a URDF without what is only seen, and without shapes of links that do not touch the floor.
+    """Return a URDF without what is only seen, and with the shapes of `rolling` alone, which touch the floor.
 
     Links without a mass get one of a gram: PyBullet would give them a kilogram. Contacts are hard: soft
     wheels sink into a height field and touch triangles beside them, which push them aside even at rest.
-
-    Args:
-        text: The URDF.
-        rolling: Links that touch the floor; they keep their shapes.
     """
     root = ET.fromstring(text)  # a file of an installed package
     for link in root.findall("link"):
@@ -92,15 +88,7 @@ def with_links(text: str, *parts: str) -> str:
 
 
 def link(name: str, mass: float, inertia: float, shape: str = "", at: Place = ORIGIN) -> str:
-    """Return a link as XML.
-
-    Args:
-        name: Name of the link.
-        mass: Its mass [kg].
-        inertia: Its moment of inertia about each axis [kg m^2].
-        shape: Its shape, as XML; nothing for none.
-        at: Place of its centre of mass [m].
-    """
+    """Return a link as XML: mass [kg], inertia about each axis [kg m^2], shape as XML, centre of mass [m]."""
     touching = f"<collision><geometry>{shape}</geometry></collision>" if shape else ""
     return f'<link name="{name}">{inertial(mass, inertia, at)}{touching}</link>'
 
@@ -113,15 +101,9 @@ def joint(
     axis: Place = (0.0, 0.0, 1.0),
     damping: float = 0.0,
 ) -> str:
-    """Return a joint as XML.
+    """Return a joint as XML, from parent to child (`ends`), at a place in the parent [m].
 
-    Args:
-        name: Name of the joint.
-        kind: Kind of the joint, as a URDF calls it.
-        ends: Parent and child.
-        at: Its place in the parent [m].
-        axis: Its axis.
-        damping: Its damping [N s/m] or [N m s/rad].
+    Its damping is in N s/m or N m s/rad.
     """
     parent, child = ends
     limit = '<limit lower="-1" upper="1" effort="1e4" velocity="1e2"/>' if kind == "prismatic" else ""
@@ -133,7 +115,6 @@ def joint(
 
 
 def sphere(radius: float) -> str:
-    """Return a sphere as XML."""
     return f'<sphere radius="{radius!r}"/>'
 
 

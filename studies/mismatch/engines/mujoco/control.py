@@ -158,13 +158,8 @@ class Controller:
     ) -> NDArray[np.float64]:
         """Return the wheel speeds that follow from the readings and the program [rad/s], shape `(4,)`.
 
-        Args:
-            v: Speed that the program asks of the leading truck [m/s].
-            w: Turn rate that the program asks of it [rad/s].
-            leader: Number of the leading truck, 0 or 1.
-            wheels: Angles of the four wheels [rad].
-            joints: Angles of both joints [rad].
-            link: Length of the link [m].
+        The program asks a speed [m/s] and a turn rate [rad/s] of the leading truck, 0 or 1; read are the
+        angles of wheels and joints [rad], and the link's length [m].
         """
         self._reckon(wheels)
         self.time += self.dt if v or w else 0.0  # no weaving at rest: poses are measured there

@@ -80,15 +80,10 @@ def drive(
     hooks: tuple[Hook, ...] = (),
     weave: float = 0.0,
 ) -> Drive:
-    """Return the robot's drive of a program.
+    """Return the robot's drive of a program, its controller knowing the nominal robot.
 
-    Args:
-        robot: The robot as it is built.
-        floor: The floor under its wheels and castors.
-        program: What to drive.
-        nominal: The robot as the controller knows it.
-        hooks: Functions of the scene and the time [s] that are called before every control period.
-        weave: Amplitude with which the following truck swings about the link [rad].
+    Hooks are called with the scene and the time [s] before every control period; `weave` is the amplitude
+    with which the following truck swings about the link [rad].
 
     Raises:
         FloatingPointError: The contacts became unstable.

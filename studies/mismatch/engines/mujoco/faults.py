@@ -48,8 +48,6 @@ class Setting(Draws):
 
 @dataclass(frozen=True, slots=True)
 class FaultyRobot:
-    """A robot with a fault."""
-
     robot: Robot  # the robot as it is built
     labels_of: Labels  # function that returns the labels of a drive of this robot
     hooks: tuple[Hook, ...] = ()  # functions that change the world during the drive
@@ -58,12 +56,10 @@ class FaultyRobot:
 
 
 def with_tyre(robot: Robot, wheel: str, **changes: float) -> Robot:
-    """Return a robot with changed values of a wheel."""
     return replace(robot, tyres=robot.tyres | {wheel: replace(robot.tyres[wheel], **changes)})
 
 
 def with_truck(robot: Robot, truck: str, **changes: float) -> Robot:
-    """Return a robot with changed values of a truck."""
     return replace(robot, trucks=robot.trucks | {truck: replace(robot.trucks[truck], **changes)})
 
 
@@ -80,12 +76,19 @@ def pull(scene: Scene, truck: str, force: float, side: float) -> None:
 def yielding(robot: Robot, creep: float | None, trucks: str = "ab") -> Robot:
     """Return a robot with tyres that yield to forces, the more the longer the time constant `creep` [s].
 
-    With None the tyres hold, and only oil under them (`contact.slippery`) lets them slide.
+    With None the tyres hold, and only oil under them (`slippery`) lets them slide.
     """
     for wheel in WHEELS:
         if wheel[0] in trucks and creep is not None:
             robot = with_tyre(robot, wheel, creep=creep, impedance=0.6)
     return replace(robot, impratio=0.2)
+
+
+def _labelled(
+    robot: Robot, effect: str, component: str, values: dict[str, Any], *others: tuple[str, str]
+) -> FaultyRobot:
+    """Return a robot with a fault whose size is that which is built in, and others that look like it."""
+    return FaultyRobot(robot, lambda _: [label(effect, component, values, others)])
 
 
 def healthy(at: Setting) -> FaultyRobot:
@@ -96,18 +99,16 @@ def healthy(at: Setting) -> FaultyRobot:
 def wheel_diameter(at: Setting) -> FaultyRobot:
     """Return a robot with a wheel of another diameter."""
     wheel, ratio = at.wheel(), 1 + at.sign() * at.chance.uniform(0.002, 0.008)
-    likes = (("count_loss", wheel), ("radius_vs_speed", wheel))  # at one speed they are the same
+    likes = ("count_loss", wheel), ("radius_vs_speed", wheel)  # at one speed they are the same
     robot = with_tyre(at.robot, wheel, radius=at.robot.tyres[wheel].radius * ratio)
-    return FaultyRobot(robot, lambda _: [label("wheel_diameter", wheel, {"ratio": ratio}, likes)])
+    return _labelled(robot, "wheel_diameter", wheel, {"ratio": ratio}, *likes)
 
 
 def hardly(at: Setting) -> FaultyRobot:
     """Return a robot with a wheel that differs by 3e-5, which no recording can show."""
     wheel, ratio = at.wheel(), 1 + at.sign() * 3e-5
     robot = with_tyre(at.robot, wheel, radius=at.robot.tyres[wheel].radius * ratio)
-    return FaultyRobot(
-        robot, lambda _: [label("wheel_diameter", wheel, {"ratio": ratio}, ())], kind="insufficient"
-    )
+    return replace(_labelled(robot, "wheel_diameter", wheel, {"ratio": ratio}), kind="insufficient")
 
 
 def wheel_eccentricity(at: Setting) -> FaultyRobot:
@@ -116,9 +117,7 @@ def wheel_eccentricity(at: Setting) -> FaultyRobot:
     robot = with_tyre(at.robot, wheel, eccentricity=amplitude, phase=phase)
     seen = amplitude * nodding(at.robot, wheel) * np.exp(1j * (phase - at.zero_angle(wheel)))
     values = {"amplitude": float(np.abs(seen)), "phase": float(np.angle(seen))}
-    return FaultyRobot(
-        robot, lambda _: [label("wheel_eccentricity", wheel, values, (("gear_harmonic", wheel),))]
-    )
+    return _labelled(robot, "wheel_eccentricity", wheel, values, ("gear_harmonic", wheel))
 
 
 def nodding(robot: Robot, wheel: str) -> complex:
@@ -133,17 +132,14 @@ def wheelbase(at: Setting) -> FaultyRobot:
     """Return a robot with another track on one truck."""
     truck, ratio = at.truck(), 1 + at.sign() * at.chance.uniform(0.008, 0.03)
     robot = with_truck(at.robot, truck, track=at.robot.trucks[truck].track * ratio)
-    return FaultyRobot(
-        robot, lambda _: [label("wheelbase", truck, {"ratio": ratio}, (("turn_scrub", truck),))]
-    )
+    return _labelled(robot, "wheelbase", truck, {"ratio": ratio}, ("turn_scrub", truck))
 
 
 def wheel_misalignment(at: Setting) -> FaultyRobot:
     """Return a robot with an axle that is turned in its truck."""
     truck, angle = at.truck(), at.sign() * at.chance.uniform(0.005, 0.015)
     robot = with_truck(at.robot, truck, toe=angle)
-    other = ("joint_bias", f"joint_{truck}")
-    return FaultyRobot(robot, lambda _: [label("wheel_misalignment", truck, {"angle": angle}, (other,))])
+    return _labelled(robot, "wheel_misalignment", truck, {"angle": angle}, ("joint_bias", f"joint_{truck}"))
 
 
 def bump(at: Setting) -> FaultyRobot:
@@ -197,12 +193,8 @@ def _both(
 def joint_bias(at: Setting) -> FaultyRobot:
     """Return a robot with a joint encoder that is mounted at an angle."""
     joint, bias = at.joint(), at.sign() * at.chance.uniform(0.002, 0.008)
-    other = ("wheel_misalignment", joint[-1])
-    return FaultyRobot(
-        at.robot,
-        lambda _: [label("joint_bias", joint, {"bias": bias}, (other,))],
-        sense=lambda values: values | {joint: values[joint] + bias},
-    )
+    biased = _labelled(at.robot, "joint_bias", joint, {"bias": bias}, ("wheel_misalignment", joint[-1]))
+    return replace(biased, sense=lambda values: values | {joint: values[joint] + bias})
 
 
 def joint_eccentricity(at: Setting) -> FaultyRobot:
@@ -216,18 +208,15 @@ def joint_eccentricity(at: Setting) -> FaultyRobot:
 
     phase = float(np.angle(np.exp(1j * (np.pi / 2 - bearing))))
     values = {"amplitude": offset, "phase": phase}
-    return FaultyRobot(
-        at.robot,
-        lambda _: [label("joint_eccentricity", "joint_a", values, (("joint_bias", "joint_a"),))],
-        sense=sense,
-    )
+    other = "joint_bias", "joint_a"
+    return replace(_labelled(at.robot, "joint_eccentricity", "joint_a", values, other), sense=sense)
 
 
 def link_bias(at: Setting) -> FaultyRobot:
     """Return a robot with a linear encoder that is not mounted where `vehicle.toml` says."""
     bias = at.sign() * at.chance.uniform(0.002, 0.006)
-    sense = lambda values: values | {"link": values["link"] + bias}  # noqa: E731  # short enough for one line
-    return FaultyRobot(at.robot, lambda _: [label("link_bias", "link", {"bias": bias}, ())], sense=sense)
+    biased = _labelled(at.robot, "link_bias", "link", {"bias": bias})
+    return replace(biased, sense=lambda values: values | {"link": values["link"] + bias})
 
 
 # The share of the rolled distance, in both halves of a drive, from which creep looks like a smaller wheel.
@@ -314,7 +303,7 @@ def spongy_tyres(at: Setting) -> FaultyRobot:
 
 
 def floor_slope(at: Setting) -> FaultyRobot:
-    """Return the robot on a tilted floor; its tyres are of the kind that yields (`corpus.PREPARED`)."""
+    """Return the robot on a tilted floor; its tyres are of the kind that yields (`cases.PREPARED`)."""
     tilt, direction = at.chance.uniform(0.03, 0.06), at.chance.uniform(-np.pi, np.pi)
     robot = replace(at.robot, tilt=(tilt * np.cos(direction), tilt * np.sin(direction)))
 

@@ -18,8 +18,6 @@ FEET = (*WHEELS, "a.castor", "b.castor")
 
 @dataclass(frozen=True, slots=True)
 class Tyre:
-    """One driven wheel."""
-
     radius: float  # radius of the tread [m]
     eccentricity: float = 0.0  # distance of the tread's centre from the axle [m]
     phase: float = 0.0  # phase of the eccentricity at wheel angle 0 [rad]
@@ -30,8 +28,6 @@ class Tyre:
 
 @dataclass(frozen=True, slots=True)
 class Truck:
-    """One truck."""
-
     track: float  # distance between the wheels' contact points [m]
     mass: float  # mass without wheels and payload [kg]
     castor: float  # place of the castor ahead of the axle [m]

@@ -64,8 +64,6 @@ class _Hidden:
 
 @dataclass(frozen=True, slots=True)
 class _Healthy:
-    """The drive of a healthy robot."""
-
     drive: Drive  # the drive as recorded, with the poses as they are
     ruler: Ruler  # the ruler of it, with the noise of the poses
     # its residual on a smooth floor; empty where none of the faults is without a law

@@ -8,10 +8,8 @@ from omnimate.calib.paths.reference import dead_reckoned
 from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import between, compose
-from studies.datasets.optiodom.drives import read_set
-from studies.datasets.optiodom.recordings import each_recording
-from studies.datasets.optiodom.scores import score
-from studies.datasets.optiodom.squares import read_squares
+from studies.datasets.optiodom.drives import each_recording, read_set
+from studies.datasets.optiodom.scores import read_squares, score
 
 SQUARE = "real/optiodom/diff/square/230620202042"
 

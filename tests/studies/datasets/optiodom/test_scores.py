@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from omnimate.vehicle.arcs import integrate
-from studies.datasets.optiodom.drives import read_set
-from studies.datasets.optiodom.files import OptiOdomError, find_sets
+from studies.datasets.optiodom.drives import OptiOdomError, Tricycle, find_sets, read_set
 from studies.datasets.optiodom.scores import score_optiodom
-from studies.datasets.optiodom.tricycle import Tricycle
 
 
 @pytest.fixture(scope="module")

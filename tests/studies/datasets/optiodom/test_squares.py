@@ -7,8 +7,8 @@ import pytest
 
 from omnimate.calib.errors import DirectionError
 from omnimate.calib.umbmark.experiment import calibrate
-from studies.datasets.optiodom.files import OptiOdomError, is_optiodom
-from studies.datasets.optiodom.squares import experiment_of_optiodom, read_squares
+from studies.datasets.optiodom.drives import OptiOdomError, is_optiodom
+from studies.datasets.optiodom.scores import experiment_of_optiodom, read_squares
 
 FIRST = "real/optiodom/diff/square/230620202042"
 METADATA = "type,diff\nngear,1\nencRes,1000\nLi,0.2\nDi,0.1,0.1\nN,2\nL,1\n"

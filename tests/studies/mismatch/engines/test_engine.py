@@ -9,10 +9,9 @@ import pytest
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.linkage import linkage_of
 from omnimate.vehicle.odometry import dead_reckon
-from studies.mismatch.engines.cases import Case, make
 from studies.mismatch.engines.engine import Floor
 from studies.mismatch.engines.faults import ConcealedFault, TruckStep, WheelStep, moved, travelled
-from studies.mismatch.engines.scene import scene
+from studies.mismatch.engines.scene import Case, make, scene
 from studies.mismatch.engines.vocabulary import set_bump_times
 from tests.test_architecture import modules_named
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies.mismatch.engines.cases import Case
-from studies.mismatch.engines.scene import drawn_parameters, scene
+from studies.mismatch.engines.scene import Case, drawn_parameters, scene
 from studies.mismatch.engines.vocabulary import UNNAMED, VOCABULARY
 
 PLACES = [

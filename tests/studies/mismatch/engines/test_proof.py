@@ -4,7 +4,7 @@ import pytest
 
 from omnimate.files.recordings.folder import load_recording
 from omnimate.mismatch import diagnose
-from studies.mismatch.engines.cases import Case, make
+from studies.mismatch.engines.scene import Case, make
 from studies.mismatch.scoring.judging import first_right
 from studies.mismatch.scoring.score import rows
 

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studies.mismatch.engines.cases import Case, cases
-from studies.mismatch.engines.scene import scene
+from studies.mismatch.engines.scene import Case, cases, scene
 from studies.mismatch.engines.vocabulary import VOCABULARY
 
 SINGLES = st.sampled_from(

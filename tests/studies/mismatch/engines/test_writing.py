@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.file import parse_vehicle
-from studies.mismatch.engines.cases import Case, make
-from studies.mismatch.engines.scene import scene
+from studies.mismatch.engines.scene import Case, make, scene
 from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS
 from studies.mismatch.engines.writing import MOCAP, random_robot, toml_of, write
 

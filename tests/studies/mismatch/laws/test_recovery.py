@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from studies.figures import plot_recovery
-from studies.mismatch.engines.cases import Case
+from studies.mismatch.engines.scene import Case
 from studies.mismatch.laws.baselines import gaussian_process, has_sindy, sindy
-from studies.mismatch.laws.recovery import LAW, METHODS, QUICK, pair, recovered_from, wanted
-from studies.mismatch.laws.study import shares, table
+from studies.mismatch.laws.study import LAW, METHODS, QUICK, pair, recovered_from, shares, table, wanted
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,7 @@
 
 import pytest
 
-from studies.mismatch.engines.cases import Case, cases
-from studies.mismatch.engines.scene import scene
+from studies.mismatch.engines.scene import Case, cases, scene
 from studies.mismatch.scoring.audit import audited, questions
 from tests.studies.mismatch.answers import answer, effect, finding, label
 

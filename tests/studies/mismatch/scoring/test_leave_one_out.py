@@ -2,7 +2,7 @@
 
 import pytest
 
-from studies.mismatch.scoring.leave_one_out import concealing, left_out_rows, outcome
+from studies.mismatch.scoring.judging import concealing, left_out_rows, outcome
 from tests.studies.mismatch.answers import answer, effect, finding, label
 
 TRUTH = effect(acceptable=[("turn_scrub", "a")])

@@ -6,7 +6,7 @@ import pytest
 
 from omnimate.mismatch import Diagnosis
 from omnimate.vehicle.errors import OmnimateError
-from studies.mismatch.engines.cases import Case, make
+from studies.mismatch.engines.scene import Case, make
 from studies.mismatch.run import answered, answered_by, ask_all
 
 
