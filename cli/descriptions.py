@@ -20,10 +20,7 @@ if TYPE_CHECKING:
 class Descriptions(NamedTuple):
     """Descriptions of the frames on a bus, from files.
 
-    Attributes:
-        vehicle: The robot; None if unknown.
-        eds: Contents of EDS and DCF files, by node.
-        dbc: Signals of DBC files, by identifier.
+    The robot is None if unknown; EDS and DCF files are by node, signals of DBC files by identifier.
     """
 
     vehicle: VehicleParameters | None
@@ -33,8 +30,7 @@ class Descriptions(NamedTuple):
     def decoder(self, seen: Mapping[tuple[int, int, int], int]) -> FrameDecoder:
         """Return a decoder of frames by the vehicle, else by DBC, else by the PDO mapping.
 
-        Args:
-            seen: PDO parameters that SDO traffic showed, by node, index and sub-index.
+        `seen` are the PDO parameters that SDO traffic showed, by node, index and sub-index.
         """
         signals: dict[int, Sequence[Signal]] = {}
         if self.eds or seen:
@@ -51,10 +47,7 @@ class Descriptions(NamedTuple):
 def descriptions(vehicle: VehicleParameters | None, dbc: Sequence[Path], eds: Sequence[str]) -> Descriptions:
     """Return what the files that are given say of the frames on a bus.
 
-    Args:
-        vehicle: The robot; None if unknown.
-        dbc: DBC files.
-        eds: EDS or DCF files, each as `NODE=FILE`.
+    The EDS or DCF files are given as `NODE=FILE`.
 
     Raises:
         CallError: An EDS is not given as `NODE=FILE`.

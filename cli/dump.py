@@ -203,12 +203,7 @@ def _chosen(
 ) -> Iterator[Frames]:
     """Yield the wanted frames of a log or a bus, block by block.
 
-    Args:
-        blocks: All frames, block by block.
-        wanted: Which frames are wanted.
-        count: Most frames; None for all.
-        near: Times of the triggers around which frames are wanted [s]; None for all.
-        margin: How long before and after a trigger they are [s].
+    At most `count`, and only those within `margin` [s] of the times `near` [s], where these are given.
     """
     start: float | None = None
     is_filtered = near is not None or wanted != FrameFilter()  # a bus gives frame by frame: each costs

@@ -21,7 +21,7 @@ from omnimate.cli.tables import new_table, show
 
 if TYPE_CHECKING:
     from omnimate.files.logs.assemble import Assembly
-    from omnimate.files.logs.reading import LogReadResult
+    from omnimate.files.logs.blocks import LogReadResult
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
@@ -86,14 +86,11 @@ def replay(
 def _show_timeline(folder: Path, vehicle: VehicleParameters | None, margin: float) -> None:
     """Print NMT states, services and the driver's events in order of time, from the first fault.
 
-    Args:
-        folder: Recording folder with `events.jsonl`.
-        vehicle: Vehicle whose channels are named; None for that of the folder.
-        margin: Time before and after the fault within which all frames and commands are printed [s].
+    Within `margin` [s] of the fault all frames and commands are printed.
     """
+    from omnimate.files.logs.blocks import read_log
     from omnimate.files.logs.bus_events import BusEvents
     from omnimate.files.logs.decoding import FrameDecoder
-    from omnimate.files.logs.reading import read_log
     from omnimate.files.recordings.events_jsonl import EVENTS, read_events
     from omnimate.files.recordings.folder import VEHICLE
     from omnimate.vehicle.file import load_vehicle

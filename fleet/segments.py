@@ -183,11 +183,8 @@ def _linearise_segment(
 
     The gain is the derivative of the end by the travel of both wheels in each step.
 
-    Args:
-        travel: Travel of the wheels in N steps [m], `(N, 2)`.
-        base: Wheelbase [m].
-        poses: Measured poses at both ends, `(2, 3)`.
-        sigma: Their standard deviations, `(2, 3)`.
+    Both wheels travel `(N, 2)` [m] in N steps; the measured poses at both ends, and their standard
+    deviations, are `(2, 3)`.
     """
     variance = CONCRETE_ROUGHNESS**2 * np.abs(travel)
     slip = np.zeros_like(travel)  # most probable travel that the floor adds in each step [m]

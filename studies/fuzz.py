@@ -186,7 +186,7 @@ def factsheet_seeds() -> list[bytes]:
 
 
 PARSERS = {
-    "log": Parser(reader("files.logs.reading", "read_log"), log_seeds),
+    "log": Parser(reader("files.logs.blocks", "read_log"), log_seeds),
     "eds": Parser(eds, text_seeds("eds/encoder.eds", "eds/drive.dcf"), "input.eds"),
     "vehicle": Parser(reader("vehicle.file", "load_vehicle"), vehicle_seeds),
     "run": Parser(reader("files.recordings.run_toml", "read_run"), lambda: [RUN_SEED]),

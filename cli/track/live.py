@@ -88,12 +88,7 @@ def follow_robot(
 ) -> None:
     """Track samples until the time is up, the source ends or Ctrl-C; write rows, report disturbances.
 
-    Args:
-        samples: The samples of a bus, as they come.
-        tracker: The tracker, which takes each sample.
-        writer: Receives a row every `every` seconds.
-        seconds: After how long to end [s]; None for never.
-        every: Time between two rows [s].
+    A row is written every `every` seconds.
     """
     first: float | None = None
     written, checked = -math.inf, 0.0

@@ -38,11 +38,7 @@ LOG_SUFFIXES = {".asc", ".blf", ".log", ".mf4", ".pcap", ".pcapng", ".trc"}
 class Case:
     """One truck in one experiment.
 
-    Attributes:
-        label: What the tables call it.
-        truck: The truck of the robot.
-        experiment: Its experiment.
-        recordings: The recordings of the experiment; empty for a table.
+    The label is what the tables call it; a table has no recordings.
     """
 
     label: str
@@ -148,11 +144,7 @@ def _recording_cases(
 class Result:
     """One truck's calibration.
 
-    Attributes:
-        case: The truck and its experiment.
-        assessment: The calibrations by every method, and the advice.
-        chosen: The calibration by the method that was asked for.
-        truck: The calibrated truck, scaled by E_s where a tape measured it.
+    `chosen` is by the method that was asked for; the truck is scaled by E_s where a tape measured it.
     """
 
     case: Case

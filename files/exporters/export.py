@@ -9,7 +9,7 @@ from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from omnimate.files.exporters.errors import ExportError, MissingLibraryError
+from omnimate.files.errors import ExportError
 from omnimate.files.exporters.messages import Messages
 from omnimate.files.exporters.parquet import write_frames, write_parquet
 from omnimate.files.exporters.sinks import bag_sink, mcap_sink
@@ -41,10 +41,7 @@ EXTRAS = {  # format: its extra, and the modules that it installs
 class Exported:
     """Result of an export.
 
-    Attributes:
-        files: The files, or the folder of a bag.
-        frames: Number of frames written.
-        left_out: Frames that the format cannot hold, by the reason.
+    `files` has the folder of a bag; `left_out` counts the frames that the format cannot hold, by the reason.
     """
 
     files: tuple[Path, ...] = ()
@@ -56,8 +53,7 @@ def suffix_of(target: Path) -> str:
     """Return the suffix that determines the format of an output file or folder, with its libraries checked.
 
     Raises:
-        ExportError: No format has this suffix.
-        MissingLibraryError: A library of an extra is not installed.
+        ExportError: No format has this suffix, or a library of an extra is not installed.
     """
     suffix = log_suffix(target) or target.suffix.lower()
     if suffix not in {*LOG_SUFFIXES, *DRIVE_SUFFIXES}:
@@ -66,7 +62,9 @@ def suffix_of(target: Path) -> str:
     extra, modules = EXTRAS.get(suffix, ("", ()))
     for module in modules:
         if not _is_installed(module):
-            raise MissingLibraryError(target, module.partition(".")[0], extra)
+            library = module.partition(".")[0]
+            problem = f"this format needs the library {library}: pip install 'omnimate[{extra}]'"
+            raise ExportError(target, problem)
     return suffix
 
 
@@ -80,10 +78,7 @@ def _is_installed(module: str) -> bool:
 def export_frames(log: LogStream, target: Path, progress: Callable[[int, int], None]) -> Exported:
     """Write a log frame by frame; MCAP files and bags also get the events in it.
 
-    Args:
-        log: The log, which is read once.
-        target: File or folder to write; its suffix determines the format.
-        progress: Called with the bytes that were read and their total, for progress.
+    The suffix of `target` determines the format; `progress` is called with the bytes read and their total.
 
     Raises:
         ExportError: The format holds no frames, or a requirement is missing.
@@ -114,11 +109,8 @@ def export_drive(
 ) -> Exported:
     """Write a drive: samples, odometry, IPEC, measured poses and events, as far as the format holds them.
 
-    Args:
-        drive: The drive.
-        target: File or folder to write; its suffix says the format.
-        progress: Called with the amount written and the total.
-        log: Log whose frames are written too; None for none.
+    The suffix of `target` determines the format; `progress` is called with the amount written and the total,
+    and `log` is one whose frames are written too.
 
     Raises:
         ExportError: The format holds no drive, or a requirement is missing.

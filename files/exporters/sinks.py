@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Literal
 
-from omnimate.files.exporters.errors import ExportError
+from omnimate.files.errors import ExportError
 from omnimate.files.exporters.messages import Message
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.files.importers.errors import SourceError
+from omnimate.files.errors import SourceError
 from omnimate.files.importers.units import counts_of
 from omnimate.files.logs.pdo_units import drive_conversion
 from omnimate.files.recordings.readings import recording_of_readings
@@ -44,13 +44,8 @@ def recording_of(
 ) -> Recording:
     """Return a recording made of series, equal to that read back from the folder that it is written to.
 
-    Args:
-        vehicle: The robot; its `sync_period` is replaced by the median one of the data.
-        series: A series for each channel of the robot.
-        source: File or folder that the data come from, for messages.
-        poses: Absolute poses on the same clock.
-        run: The protocol and the laps that were driven.
-        commands: Commanded wheel speeds [rad/s] on the channels' common clock, shape `(N, W)`, or None.
+    The robot's `sync_period` is replaced by the median one of the data; poses are on the channels' clock, and
+    so are commanded wheel speeds [rad/s], shape `(N, W)`. Messages name the source.
 
     Raises:
         SourceError: A channel is missing, the clocks do not overlap, or a series does not fit its channel.

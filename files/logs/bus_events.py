@@ -47,9 +47,7 @@ class BusEvent(NamedTuple):
 class NodeSeen(NamedTuple):
     """Last known NMT state of a node.
 
-    Attributes:
-        state: NMT state in its last heartbeat, boot-up or node guarding answer.
-        time: Time of that frame [s].
+    The state is that in its last heartbeat, boot-up or node guarding answer, at a time [s].
     """
 
     state: int
@@ -59,8 +57,7 @@ class NodeSeen(NamedTuple):
 class BusEvents:
     """Detects events in the frames of a bus, by the predefined connection set of CiA 301.
 
-    Attributes:
-        nodes: Last known NMT state of every node, by interface and node id.
+    `nodes` has the last known NMT state of every node, by interface and node id.
     """
 
     def __init__(self) -> None:

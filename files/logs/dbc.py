@@ -22,14 +22,8 @@ _HOST = "host"
 class DbcMessage(NamedTuple):
     """A message of a DBC file.
 
-    Attributes:
-        key: Identifier, to which `omnimate.files.logs.dbc_reading.EXTENDED_KEY` is added for 29 bits.
-        name: Name of the message.
-        length: Length of the data [bytes].
-        sender: Name of the node that sends it.
-        receiver: Name of the node that receives it.
-        signals: Signals of the message; their names are identifiers of C.
-        comments: Comments by the names of signals.
+    `EXTENDED_KEY` is added to the identifier in the key for 29 bits; the length is in bytes; names of signals
+    are identifiers of C, and comments are by them.
     """
 
     key: int
@@ -44,10 +38,7 @@ class DbcMessage(NamedTuple):
 def format_dbc(nodes: Sequence[str], messages: Sequence[DbcMessage], comment: str = "") -> str:
     """Return the text of a DBC file.
 
-    Args:
-        nodes: Names of those who send and receive.
-        messages: The messages.
-        comment: Comment on the whole network; empty for none.
+    `nodes` are the names of those who send and receive, `comment` is on the whole network.
     """
     lines = ['VERSION ""', "", "NS_ :", "", "BS_:", "", " ".join(["BU_:", *nodes]), ""]
     for message in messages:

@@ -20,30 +20,12 @@ def vehicle_signals(vehicle: VehicleParameters) -> dict[int, tuple[Signal, ...]]
     """Return the channels and drive targets in a vehicle's PDOs, by COB-ID."""
     signals: dict[int, tuple[Signal, ...]] = {}
     for encoder in vehicle.encoders:
-        factor, offset, unit = encoder_conversion(encoder, vehicle)
-        signal = Signal(
-            encoder.channel,
-            encoder.start_bit,
-            encoder.bits,
-            encoder.signed,
-            factor,
-            offset,
-            unit,
-            counts="counts",
-        )
+        place = encoder.start_bit, encoder.bits, encoder.signed
+        signal = Signal(encoder.channel, *place, *encoder_conversion(encoder, vehicle), counts="counts")
         signals[encoder.cob_id] = (*signals.get(encoder.cob_id, ()), signal)
     for drive in vehicle.drives:
-        factor, offset, unit = drive_conversion(drive)
-        signal = Signal(
-            f"target {drive.wheel}",
-            drive.start_bit,
-            32,
-            signed=True,
-            factor=factor,
-            offset=offset,
-            unit=unit,
-            counts="counts",
-        )
+        place = drive.start_bit, 32, True
+        signal = Signal(f"target {drive.wheel}", *place, *drive_conversion(drive), counts="counts")
         signals[drive.cob_id] = (*signals.get(drive.cob_id, ()), signal)
     return signals
 
@@ -62,9 +44,7 @@ class FrameDecoder:
     ) -> None:
         """Set the known signals of the bus; those of a vehicle have priority.
 
-        Args:
-            vehicle: The robot on the bus; None where it is not known.
-            signals: Signals of a DBC file, an object dictionary or a mapping, by identifier.
+        The others are those of a DBC file, an object dictionary or a mapping, by identifier.
         """
         self._vehicle = vehicle
         vehicle_known = vehicle_signals(vehicle) if vehicle is not None else {}

@@ -61,12 +61,7 @@ class FilterError(OmnimateError):
 class IdentifierRule:
     """Identifiers of a range or of a mask, of 11 or of 29 bits.
 
-    Attributes:
-        first: First identifier of the range, or the bits behind the mask.
-        last: Last identifier of the range, or the mask.
-        is_mask: Whether it is a mask.
-        is_long: Whether the identifiers have 29 bits.
-        is_excluded: Whether these identifiers are excluded.
+    `first` and `last` are the ends of a range, or the bits behind the mask and the mask.
     """
 
     first: int
@@ -171,8 +166,7 @@ class Trigger(Protocol):
 class GapTrigger:
     """An identifier appears again after a gap.
 
-    Attributes:
-        longest: Longest interval that is no gap [s].
+    `longest` is the longest interval that is no gap [s].
     """
 
     longest: float
@@ -196,8 +190,7 @@ class GapTrigger:
 class KindTrigger:
     """A frame of a kind comes: an EMCY that is no reset, or an error frame.
 
-    Attributes:
-        kind: `emcy` or `error`.
+    The kind is `emcy` or `error`.
     """
 
     kind: str
@@ -214,12 +207,7 @@ class KindTrigger:
 class ValueTrigger:
     """A signal's value begins to satisfy a comparison.
 
-    Attributes:
-        can_id: Identifier of the frames, with 29 bits where `is_long`.
-        is_long: Whether it has 29 bits.
-        signal: The signal.
-        comparison: One of < > <= >= = !=.
-        value: Physical value that the signal is compared with.
+    The comparison is one of < > <= >= = !=, with a physical value.
     """
 
     can_id: int
@@ -243,9 +231,7 @@ class ValueTrigger:
 def trigger_of(text: str, signals: Mapping[int, Sequence[Signal]]) -> Trigger:
     """Return the trigger of `gap:0.5`, `emcy`, `error` or `NAME>VALUE`.
 
-    Args:
-        text: The trigger.
-        signals: Signals by identifier, to which `EXTENDED_KEY` is added for 29 bits.
+    Signals are by identifier, to which `EXTENDED_KEY` is added for 29 bits.
 
     Raises:
         FilterError: The text is no trigger, or names a signal that is not known.

@@ -12,10 +12,7 @@ if TYPE_CHECKING:
 class Conversion(NamedTuple):
     """physical = offset + factor * raw.
 
-    Attributes:
-        factor: Physical value of one count [unit per count].
-        offset: Physical value at 0 counts [unit].
-        unit: Unit of the physical value: `rad`, `m`, or `rad/s`.
+    The factor is in units per count; the unit is `rad`, `m` or `rad/s`.
     """
 
     factor: float

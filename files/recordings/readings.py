@@ -41,12 +41,8 @@ def recording_of_events(
 ) -> Recording:
     """Return the recording, without poses and run, of events from the first SYNC on; updates the records.
 
-    Args:
-        vehicle: The robot.
-        records: Its records of the cycle, the PDOs and the channels.
-        events: The events in their order; the first opens a sample.
-        commands: Commanded wheel speeds [rad/s], shape `(N, W)`, or None.
-        source: Where the events came from, for messages.
+    The records are the robot's of the cycle, the PDOs and the channels; the first event opens a sample;
+    commands are wheel speeds [rad/s], `(N, W)`. Messages name the source.
     """
     time = events.times[events.opens]
     shape = len(time), len(vehicle.channels)

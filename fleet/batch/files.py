@@ -45,12 +45,7 @@ def open_files(url: str) -> Files:
 
 
 class LocalFiles:
-    """Files in a folder.
-
-    Attributes:
-        root: The folder.
-        url: The folder, as text.
-    """
+    """Files in a folder, the root."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -83,9 +78,6 @@ class LocalFiles:
 
 class RemoteFiles:
     """Files under a URL of fsspec whose writes are atomic, as those of object stores are.
-
-    Attributes:
-        url: The URL.
 
     Raises:
         FleetError: fsspec is not installed, or cannot open the URL.

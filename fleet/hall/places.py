@@ -70,11 +70,7 @@ class PlaceRecord:
 def draw_places(count: int, margin: float, inside: Array, chance: np.random.Generator) -> tuple[Place, ...]:
     """Return random bad places, at least `_MIN_DISTANCE` apart.
 
-    Args:
-        count: Their number.
-        margin: Distance from the walls [m].
-        inside: Sides of the area inside the margin [m], `(2,)`.
-        chance: Generator of random numbers.
+    They lie in an area with sides `inside` [m], `(2,)`, at a distance `margin` [m] from the walls.
 
     Raises:
         SimulationError: They do not fit into that area.

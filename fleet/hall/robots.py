@@ -84,12 +84,8 @@ def draw_robot(
 ) -> HallRobot:
     """Return a random robot.
 
-    Args:
-        kind: Its type, one of `TYPES`.
-        number: Its number, which is a part of its name and of its seed.
-        seed: Seed of the hall.
-        sync_period: Period of SYNC on its bus [s].
-        faults: Its faults.
+    Its type is one of `TYPES`; its number is a part of its name and of its seed; `seed` is the hall's. The
+    period of SYNC on its bus is in s.
     """
     chance = np.random.default_rng((seed, number))
     nominal = _nominal_vehicle(kind)

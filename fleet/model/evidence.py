@@ -44,8 +44,7 @@ class Evidence:
     def robot_information(self, effect: Array | float = 0.0) -> tuple[Array, Array]:
         """Return the Fisher information `(3, 3)` on the robot's parameters, and the score `(3,)`.
 
-        Args:
-            effect: Effect of the floor's places on the residuals, `(3 S,)`; it is subtracted.
+        The effect of the floor's places on the residuals, `(3 S,)`, is subtracted.
         """
         weighed = self.precision @ self.jacobian
         return self.jacobian.T @ weighed, weighed.T @ (self.residual - effect)
@@ -53,8 +52,7 @@ class Evidence:
     def with_errors(self, errors: Sequence[Array]) -> Evidence:
         """Return the evidence with additional independent errors (Woodbury's identity).
 
-        Args:
-            errors: Arrays `(3 S, K)`; each column is the effect of one error of one standard deviation.
+        Each column of the arrays `(3 S, K)` is the effect of one error of one standard deviation.
         """
         if not errors:
             return self

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from omnimate.files.logs.blocks import read_log
 from omnimate.files.logs.frames import Frames
-from omnimate.files.logs.reading import read_log
 from omnimate.vehicle.file import load_vehicle
 from studies.listen.devices import ROOT, Bus, FieldTruth, Pdo
 

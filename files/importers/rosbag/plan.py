@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
-from omnimate.files.importers.errors import MappingError
+from omnimate.files.errors import MappingError
 from omnimate.files.importers.robots import robot_of
 from omnimate.files.importers.tables import Name, read_table
 from omnimate.files.importers.units import UNITS

@@ -147,10 +147,7 @@ def parse_in_parallel(blocks: Iterable[bytes], parser: BlockParser, workers: int
 
     The first block shows the interfaces.
 
-    Args:
-        blocks: Blocks of whole lines, each with its last newline.
-        parser: Reads what is not regular, and notes what is skipped.
-        workers: Number of threads.
+    Blocks are whole lines, each with its last newline.
     """
     coming = iter(blocks)
     for block in itertools.islice(coming, 1):

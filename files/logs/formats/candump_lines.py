@@ -73,7 +73,7 @@ def format_frame(
         return f"({frame.time:0{stamp_width}.6f}) {frame.channel.rjust(width)} {content}"
     channel = frame.channel.rjust(width) + _TA_DIRECTIONS.get(frame.flags & _DIRECTION, "")
     identifier = f"{_identifier(frame):>8}" if indent else _identifier(frame)
-    content = f"{identifier}   [{_length(frame)}] {_long_payload(frame)}"
+    content = f"{identifier}   [{frame.size}] {_long_payload(frame)}"
     return f" ({frame.time:0{stamp_width}.6f})  {channel}  {content}"
 
 
@@ -82,11 +82,8 @@ def format_lines(
 ) -> Iterator[str]:
     """Yield each frame as candump prints it, without the newline, names and identifiers aligned.
 
-    Args:
-        frames: Frames in the order in which they are printed.
-        form: Form of the lines: `log` or `ta`.
-        stamp_width: Number of characters of a time, filled up with zeros.
-        indent: Whether a frame with 29 bits came before, behind which identifiers stand further right.
+    As `format_frame`; `indent`: a frame with 29 bits came before, behind which identifiers stand further
+    right.
     """
     width = max(len(name) for name in frames.channels)
     for frame in frames:
@@ -120,13 +117,9 @@ def _identifier(frame: Frame) -> str:
     return f"{frame.can_id:08X}" if frame.flags & EXTENDED else f"{frame.can_id:03X}"
 
 
-def _length(frame: Frame) -> int:
-    return len(frame.data) if frame.length is None else frame.length
-
-
 def _payload(frame: Frame) -> str:
     if frame.flags & REMOTE:
-        return f"R{_length(frame)}" if _length(frame) else "R"
+        return f"R{frame.size}" if frame.size else "R"
     if frame.flags & FD:
         return f"#{fd_bits(frame.flags):X}{frame.data.hex().upper()}"
     return frame.data.hex().upper()

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from omnimate.files.importers.errors import SourceError
+from omnimate.files.errors import SourceError
 from omnimate.vehicle.se2 import Array
 
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from omnimate.calib.paths.drives import Drive
 from omnimate.calib.paths.kinematics import Differential
+from omnimate.files.errors import SourceError
 from omnimate.files.importers.clock import recording_of
-from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.robots import single_truck
 from omnimate.files.importers.series import Series, poses_of
 from omnimate.vehicle.parameters import VehicleParameters

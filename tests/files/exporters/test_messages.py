@@ -10,7 +10,7 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from omnimate.files.exporters.errors import ExportError
+from omnimate.files.errors import ExportError
 from omnimate.files.exporters.export import export_drive, export_frames
 from omnimate.files.exporters.messages import speeds
 from omnimate.files.importers.rosbag.importer import read_bag
