@@ -54,7 +54,7 @@ def descriptions(vehicle: VehicleParameters | None, dbc: Sequence[Path], eds: Se
         EdsError: An EDS cannot be read.
         LogError: A DBC file cannot be read.
     """
-    named = {} if vehicle is None else _descriptions_found(vehicle)
+    named = {} if vehicle is None else descriptions_of(vehicle, may_miss=True)
     signals: dict[int, Sequence[Signal]] = {}
     if dbc:
         from omnimate.files.logs.dbc_reading import read_dbc
@@ -78,13 +78,18 @@ def described_by(path: Path, node: int) -> Eds:
     return eds
 
 
-def descriptions_of(vehicle: VehicleParameters) -> dict[int, Eds]:
+def descriptions_of(vehicle: VehicleParameters, *, may_miss: bool = False) -> dict[int, Eds]:
     """Return what the EDS and DCF files that a vehicle names describe, and warn of what had to be repaired.
+
+    With `may_miss`, files that are not there are left out with a warning, as those of a recording's robot.
 
     Raises:
         EdsError: A file cannot be read.
     """
-    return {node: described_by(Path(path), node) for node, path in vehicle.eds_files.items()}
+    files = {node: Path(path) for node, path in vehicle.eds_files.items()}
+    for path in [path for path in files.values() if may_miss and not path.is_file()]:
+        warn(f"{path}: not there; the PDOs of its node are decoded without it")
+    return {node: described_by(path, node) for node, path in files.items() if path.is_file() or not may_miss}
 
 
 def vehicle_of(path: Path | None, source: Path | None = None) -> VehicleParameters | None:
@@ -98,15 +103,6 @@ def vehicle_of(path: Path | None, source: Path | None = None) -> VehicleParamete
     from omnimate.vehicle.file import load_vehicle
 
     return load_vehicle(path)
-
-
-def _descriptions_found(vehicle: VehicleParameters) -> dict[int, Eds]:
-    """Return the contents of a vehicle's EDS files; those of a recording's robot may be missing."""
-    missing = [path for path in vehicle.eds_files.values() if not Path(path).is_file()]
-    for path in missing:
-        warn(f"{path}: not there; the PDOs of its node are decoded without it")
-    kept = {node: path for node, path in vehicle.eds_files.items() if path not in missing}
-    return {node: described_by(Path(path), node) for node, path in kept.items()}
 
 
 def _described(text: str) -> tuple[int, Eds]:

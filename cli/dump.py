@@ -129,11 +129,7 @@ def _dump_log(
     decode: bool,
     rates: bool,
 ) -> None:
-    """Print the wanted frames of a log, or their rates.
-
-    Raises:
-        Exit: Something of the log could not be read.
-    """
+    """Print the wanted frames of a log, or their rates."""
     path = log_of(source)
     if triggers and path.is_fifo():
         raise CallError(

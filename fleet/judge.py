@@ -28,9 +28,8 @@ if TYPE_CHECKING:
     from omnimate.fleet.report import BadPlace
     from omnimate.vehicle.se2 import Array
 
-FLOOR_DAYS = (
-    7  # [days] whose recordings are used for the floor: a repaired place is no longer reported after them
-)
+# [days] whose recordings are used for the floor: a repaired place is no longer reported after them.
+FLOOR_DAYS = 7
 HISTORY_DAYS = 30  # [days] of a robot's history
 MIN_REPEATS = 3  # consecutive recordings with the same mismatch by triage, for which the robot is reported
 

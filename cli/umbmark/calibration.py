@@ -55,8 +55,8 @@ def load_cases(
 ) -> tuple[list[Case], VehicleParameters | None]:
     """Return the experiments of all sources, and the robot that they are about where it is known.
 
-    All recordings together make one experiment for each truck; every table makes one of
-    its own. `vehicle` stands in for the parameters in recordings; a table needs it.
+    All recordings together make one experiment for each truck; every table makes one of its own. `vehicle`
+    stands in for the parameters in recordings; a table needs it.
 
     Raises:
         CalibrationError: a source is neither, or does not make an experiment.
@@ -79,11 +79,7 @@ def load_cases(
 
 
 def _folder_of_log(source: Path) -> Path:
-    """Return the recording folder whose log is given; else the source.
-
-    Raises:
-        CalibrationError: A log is given that is not that of a recording folder.
-    """
+    """Return the recording folder whose log is given; else the source."""
     if not LOG_SUFFIXES & set(source.suffixes):
         return source
     if (source.parent / VEHICLE).is_file():

@@ -92,11 +92,7 @@ def _events_of_recording(recording: Recording) -> Iterator[BusEvent]:
 
 
 def _events_of_frames(frames: Frames) -> Iterator[BusEvent]:
-    """Yield the events in frames other than process data."""
+    """Return the events in frames other than process data."""
     function = frames.can_id & 0x780
     may_say = (frames.flags & ERROR > 0) | np.isin(function, (0x000, 0x080, 0x580, 0x600, 0x700))
-    events = BusEvents()
-    for frame in frames.select(np.flatnonzero(may_say)):
-        event = events.take(frame)
-        if event is not None:
-            yield event
+    return filter(None, map(BusEvents().take, frames.select(np.flatnonzero(may_say))))

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from omnimate.files.errors import ExportError
-from omnimate.files.logs.formats.stamps import NANOSECOND, nanoseconds
-from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD, NANOSECOND, REMOTE, nanoseconds
 from omnimate.vehicle.parameters import JOINTS
 
 if TYPE_CHECKING:

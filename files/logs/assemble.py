@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.files.logs.canopen_words import BOOT_UP, HEARTBEAT, NMT_START, SYNC_ID
+from omnimate.files.logs.decoding import drive_conversion
 from omnimate.files.logs.frame_classes import classify, is_class
-from omnimate.files.logs.pdo_units import drive_conversion
 from omnimate.files.recordings.readings import Events, recording_of_events
 from omnimate.vehicle.assembly import BOOTED, NOTHING, STARTED, assembly_records
 from omnimate.vehicle.errors import RecordingError
@@ -80,11 +80,6 @@ class _Log:
     opens: NDArray[np.bool_]
     owner: Rows
     has_sync: bool = True
-
-    @property
-    def time(self) -> NDArray[np.float64]:
-        """Times of the samples, `(N,)` [s]."""
-        return self.frames.time[self.opens]
 
     @property
     def boots(self) -> Rows:
@@ -174,7 +169,7 @@ def _traffic(pdo: Record, booted: NDArray[np.uint32]) -> PdoTraffic:
     """Return the statistics of the PDOs of one record; `booted` are the COB-IDs of all boot-ups, `(B,)`."""
     names = "cob_id", "node", "received", "missing", "late", "duplicate", "wrong_length"
     restarts = int(np.count_nonzero(booted == HEARTBEAT + pdo["node"]))
-    return PdoTraffic(*(int(pdo[name]) for name in names), restarts)
+    return PdoTraffic(*[*(int(pdo[name]) for name in names), restarts])
 
 
 def _commands(log: _Log, vehicle: VehicleParameters) -> NDArray[np.float64] | None:

@@ -1,19 +1,48 @@
-"""Description of frames: a vehicle's channels with physical values, or CANopen services."""
+"""Units of raw counts in PDOs, and what frames mean: physical values of a vehicle, or CANopen services."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 from omnimate.files.logs.canopen_words import describe_frame
 from omnimate.files.logs.dbc_reading import EXTENDED_KEY
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, Frame
-from omnimate.files.logs.pdo_units import drive_conversion, encoder_conversion
 from omnimate.files.logs.signals import Signal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.parameters import Drive, Encoder, VehicleParameters
+
+
+class Conversion(NamedTuple):
+    """physical = offset + factor * raw.
+
+    The factor is in units per count; the unit is `rad`, `m` or `rad/s`.
+    """
+
+    factor: float
+    offset: float
+    unit: str
+
+    def __call__(self, raw: float) -> float:
+        """Return the physical value of raw counts."""
+        return self.offset + self.factor * raw
+
+
+def encoder_conversion(encoder: Encoder, vehicle: VehicleParameters) -> Conversion:
+    """Return the conversion of an encoder's counts, before they are unwrapped."""
+    if encoder.channel == "link":
+        length = vehicle.linkage.length if vehicle.linkage else 0.0
+        return Conversion(encoder.scale, length - encoder.zero * encoder.scale, "m")
+    zero = encoder.zero if encoder.channel in {"joint_a", "joint_b"} else 0
+    return Conversion(encoder.scale, 0.0 - zero * encoder.scale, "rad")
+
+
+def drive_conversion(drive: Drive) -> Conversion:
+    """Return the conversion of a drive's target velocity (60FFh) to wheel speed, forward positive."""
+    return Conversion(drive.sign * 2.0 * math.pi / drive.counts_per_turn, 0.0, "rad/s")
 
 
 def vehicle_signals(vehicle: VehicleParameters) -> dict[int, tuple[Signal, ...]]:

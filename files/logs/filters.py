@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -154,14 +154,6 @@ def _concerns(frames: Frames, node: int) -> Mask:
     return np.asarray((from_node | nmt) & (frames.flags & (EXTENDED | ERROR) == 0), np.bool_)
 
 
-class Trigger(Protocol):
-    """Finds the frames of an event in a log that is processed block by block."""
-
-    def rows(self, frames: Frames) -> NDArray[np.int64]:
-        """Return the indices of the frames of the next block at which it happens, shape `(K,)`."""
-        ...
-
-
 @dataclass(slots=True)
 class GapTrigger:
     """An identifier appears again after a gap.
@@ -210,8 +202,7 @@ class ValueTrigger:
     The comparison is one of < > <= >= = !=, with a physical value.
     """
 
-    can_id: int
-    is_long: bool
+    rule: IdentifierRule
     signal: Signal
     comparison: str
     value: float
@@ -219,13 +210,15 @@ class ValueTrigger:
 
     def rows(self, frames: Frames) -> NDArray[np.int64]:
         """Return the frames of the next block in which the comparison begins to hold, shape `(K,)`."""
-        rule = IdentifierRule(self.can_id, self.can_id, is_mask=False, is_long=self.is_long)
-        rows = np.flatnonzero(rule.holds(frames) & (frames.flags & REMOTE == 0))
+        rows = np.flatnonzero(self.rule.holds(frames) & (frames.flags & REMOTE == 0))
         values = self.signal.values(frames.select(rows))
         holds = _OPERATORS[self.comparison](values, self.value) & ~np.isnan(values)
         begins = holds & ~np.concatenate(([self._holds], holds[:-1]))
         self._holds = bool(holds[-1]) if len(holds) else self._holds
         return rows[begins]
+
+
+Trigger = GapTrigger | KindTrigger | ValueTrigger  # their rows are frames of the next block of a log
 
 
 def trigger_of(text: str, signals: Mapping[int, Sequence[Signal]]) -> Trigger:
@@ -246,8 +239,9 @@ def trigger_of(text: str, signals: Mapping[int, Sequence[Signal]]) -> Trigger:
     for key, carried in signals.items():
         for signal in carried:
             if signal.name == match[1]:
-                can_id, is_long = key & ~EXTENDED_KEY, bool(key & EXTENDED_KEY)
-                return ValueTrigger(can_id, is_long, signal, match[2], float(match[3]))
+                can_id = key & ~EXTENDED_KEY
+                rule = IdentifierRule(can_id, can_id, is_long=bool(key & EXTENDED_KEY))
+                return ValueTrigger(rule, signal, match[2], float(match[3]))
     names = ", ".join(sorted(signal.name for carried in signals.values() for signal in carried))
     raise FilterError(
         f"trigger {text!r}: no signal {match[1]!r}; expected one of {names or 'a --vehicle, --dbc or --eds'}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -23,6 +24,7 @@ BRS = 64  # CAN FD: the bit rate was switched for the data
 ESI = 128  # CAN FD: the sender was error passive
 
 DEFAULT_CHANNEL = "can0"
+NANOSECOND = 1_000_000_000  # of these in a second
 _COLUMNS = ("time", "can_id", "length", "data", "flags", "channel")  # arrays of a log
 
 
@@ -134,3 +136,16 @@ def concatenate(logs: Sequence[Frames]) -> Frames:
         [number[log.channel] for number, log in zip(numbers, logs, strict=True)]
     )
     return Frames(**columns, channels=channels)
+
+
+def nanoseconds(time: float) -> int:
+    """Return a time [s] as whole nanoseconds, which divided by 1e9 are the same time again.
+
+    A double has steps of 240 ns for present dates. If it equals a whole number of microseconds, as in a
+    candump log, the result ends in three zeros, without digits that were not measured.
+    """
+    micros = round(time * 1e6)
+    if micros / 1e6 == time:
+        return micros * 1000
+    whole = math.floor(time)
+    return whole * NANOSECOND + round((time - whole) * NANOSECOND)

@@ -19,10 +19,8 @@ if TYPE_CHECKING:
     from omnimate.files.logs.frames import Frames
 
 PAUSE, PAUSE_INTERVALS = 1.0, 10.0  # [s], [median intervals]: a longer interval than both is a pause
-MIN_INTERVAL, BINS_PER_DECADE = (
-    1e-6,
-    50,
-)  # [s] of the first bin of intervals; bins for each power of ten, 5 % wide
+MIN_INTERVAL = 1e-6  # [s] of the first bin of intervals
+BINS_PER_DECADE = 50  # bins for each power of ten, 5 % wide
 _BINS = 13 * BINS_PER_DECADE
 _HEADER = f"{'interface':<10} {'id':>8} {'frames':>9} {'Hz':>10} {'bytes':>5}  name"
 

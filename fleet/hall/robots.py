@@ -16,7 +16,7 @@ from omnimate.vehicle.parameters import WHEELS, Limits, Truck
 
 if TYPE_CHECKING:
     from omnimate.fleet.hall.faults import Fault
-    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.se2 import Array
 
 TYPES = ("tug", "mule", "train")
@@ -106,7 +106,4 @@ def _nominal_vehicle(kind: str) -> VehicleParameters:
     if kind == "train":
         return reference_vehicle()
     robot = replace(reference_single(), limits=Limits(speed=0.8, acceleration=0.5))
-    if kind == "tug":
-        return robot
-    large: TruckName = "a"
-    return robot.with_truck(large, Truck(0.520, 0.200, 0.200))
+    return robot if kind == "tug" else robot.with_truck("a", Truck(0.520, 0.200, 0.200))

@@ -36,9 +36,8 @@ MIN_RELATIVE_GAIN = 0.25  # gain relative to the strongest place, for a place to
 MAX_ROUNDS = 30  # limit of the rounds in which places are added
 WINDOW = 0.5 * MIN_SEPARATION  # [m] distance from a place within which its maximum is searched
 MIN_CROSSINGS = 20  # segments; with fewer a place may be elsewhere along these (assumption)
-MAX_POSITION_SIGMA = (
-    SEARCH_RADIUS  # [m] largest standard deviation of a position that is reported (assumption)
-)
+# [m] largest standard deviation of a position that is reported (assumption).
+MAX_POSITION_SIGMA = SEARCH_RADIUS
 
 
 def find_places(fleet: FleetEvidence, known: Sequence[BadPlace] = ()) -> tuple[BadPlace, ...]:

@@ -22,8 +22,18 @@ from omnimate.files.logs.formats.candump_lines import (
     fd_bits,
     fd_flags,
 )
-from omnimate.files.logs.formats.stamps import NANOSECOND, nanoseconds
-from omnimate.files.logs.frames import DEFAULT_CHANNEL, ERROR, EXTENDED, FD, RECEIVED, REMOTE, SENT, Frame
+from omnimate.files.logs.frames import (
+    DEFAULT_CHANNEL,
+    ERROR,
+    EXTENDED,
+    FD,
+    NANOSECOND,
+    RECEIVED,
+    REMOTE,
+    SENT,
+    Frame,
+    nanoseconds,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.files.logs.formats.stamps import NANOSECOND, nanoseconds
+from omnimate.files.logs.frames import NANOSECOND, nanoseconds
 
 
 @given(st.floats(1e8, 4.2e9))
