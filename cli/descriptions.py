@@ -57,7 +57,7 @@ def descriptions(vehicle: VehicleParameters | None, dbc: Sequence[Path], eds: Se
     named = {} if vehicle is None else descriptions_of(vehicle, may_miss=True)
     signals: dict[int, Sequence[Signal]] = {}
     if dbc:
-        from omnimate.files.logs.dbc_reading import read_dbc
+        from omnimate.files.logs.dbc import read_dbc
 
         for path in dbc:
             signals.update(read_dbc(path))

@@ -1,6 +1,6 @@
 """Conversion of drives and frames to ROS 2 messages (CDR), for Foxglove, PlotJuggler, rviz and rerun.
 
-Only this file and `omnimate.files.exporters.sinks` use the optional libraries `rosbags` and `mcap`.
+Only this file and `omnimate.files.exporters.export` use the optional libraries `rosbags` and `mcap`.
 """
 
 from __future__ import annotations

@@ -6,9 +6,8 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from omnimate.files.logs.canopen_words import describe_frame
-from omnimate.files.logs.dbc_reading import EXTENDED_KEY
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, Frame
-from omnimate.files.logs.signals import Signal
+from omnimate.files.logs.signals import EXTENDED_KEY, Signal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.files.logs.canopen_words import SYNC_ID
-from omnimate.files.logs.dbc_reading import EXTENDED_KEY
 from omnimate.files.logs.frame_classes import CLASSES, classify
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.files.logs.signals import EXTENDED_KEY
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
