@@ -29,10 +29,7 @@ CHECK_PERIOD = 5.0  # [s] between two checks for frozen channels
 class RowWriter:
     """Writes each row to the files that were asked for, and flushes it, so that others can follow.
 
-    Attributes:
-        csv_file: Receives the rows as a table; None where none is wanted.
-        json_file: Receives the rows as JSON lines; None where none are wanted.
-        leaves_stdout: Whether standard output is free for words.
+    Either file may be None, where none is wanted; `leaves_stdout`: standard output is free for words.
     """
 
     csv_file: TextIO | None

@@ -108,12 +108,9 @@ class IdentifierRule:
 class FrameFilter:
     """A filter of frames; an empty part accepts all.
 
-    Attributes:
-        rules: Identifiers: of those that name some, one must hold, and none of those that exclude.
-        nodes: CANopen node ids that a frame concerns; NMT concerns the node that it names, or all.
-        kinds: Names in `KINDS`.
-        begin: Time from which on frames are wanted, after the first frame [s]; None for all.
-        end: Time up to which frames are wanted, after the first frame [s]; None for all.
+    Of the rules that name identifiers one must hold, and none of those that exclude. Nodes are CANopen node
+    ids that a frame concerns; NMT concerns the one that it names, or all. Kinds are names in `KINDS`; `begin`
+    and `end` are times after the first frame [s], None for all.
     """
 
     rules: tuple[IdentifierRule, ...] = ()

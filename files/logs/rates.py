@@ -34,17 +34,10 @@ def without_pauses(intervals: NDArray[np.float64]) -> NDArray[np.float64]:
 class IdentifierRate:
     """Statistics of the frames of an identifier so far.
 
-    Attributes:
-        flags: Flags of its first frame.
-        data: Data of its first frame.
-        frames: Number of frames.
-        low: Shortest length [bytes].
-        high: Longest length [bytes].
-        last: Time of the last frame [s].
-        short: Number of intervals of at most `PAUSE`.
-        span: Their sum [s].
-        long: The other intervals [s]; there are few in any log, because they are long.
-        histogram: How many intervals are of each size, shape `(BINS,)`.
+    Flags and data are those of its first frame, `low` and `high` its shortest and longest length [bytes],
+    `last` is the time of the last frame [s]. `short` is the number of intervals of at most `PAUSE`, `span`
+    their sum [s]; `long` are the others [s], few in any log, because they are long. The histogram counts
+    intervals of each size, `(BINS,)`.
     """
 
     flags: int

@@ -39,13 +39,7 @@ _STOP = 8.0  # [s] of a stop at a dock with two turns on the spot, to estimate t
 class Hall:
     """A hall with its robots.
 
-    Attributes:
-        length: Length along x [m].
-        width: Width along y [m].
-        docks: Poses of the docks: x [m], y [m] and heading [rad], `(M, 3)`.
-        places: Bad places of the floor.
-        robots: The robots.
-        seed: Seed of all random numbers.
+    Docks are poses x [m], y [m] and heading [rad], `(M, 3)`; the length is along x, the width along y [m].
     """
 
     length: float

@@ -33,13 +33,8 @@ _WHEEL_NAMES: tuple[str, ...] = WHEELS
 class HallRobot:
     """A robot of the hall.
 
-    Attributes:
-        vehicle: Its nominal parameters.
-        wheels: Ratio of each wheel's true diameter on day 0 to the nominal one, less 1, `(4,)`.
-        wheelbases: The same ratio, less 1, of each truck's wheelbase, `(2,)`.
-        wear: Change of each wheel's ratio [1/day], `(4,)`.
-        faults: Its faults.
-        seed: Seed of its random numbers.
+    `wheels`, `(4,)`, and `wheelbases`, `(2,)`, are ratios of true sizes on day 0 to nominal ones, less 1;
+    wear is the change of the wheels' ratios [1/day], `(4,)`.
     """
 
     vehicle: VehicleParameters

@@ -89,9 +89,7 @@ def fraction_inside(distance: Array, reach: float) -> Array:
 class FleetEvidence:
     """The evidence of many recordings, with a table of all their crossings.
 
-    Attributes:
-        initial: Evidence of each recording.
-        recordings: The same with the errors added by `set_errors`.
+    `initial` is the evidence of each recording, `recordings` the same with the errors added by `set_errors`.
     """
 
     def __init__(self, recordings: Sequence[Evidence]) -> None:

@@ -39,13 +39,8 @@ MIN_START_SCATTER = 10.0
 class RobotInformation:
     """The information of one recording on its robot, without the effect of the floor's places.
 
-    Attributes:
-        robot: Name of the robot.
-        kind: Type of the robot.
-        day: Date, YYYY-MM-DD.
-        information: Fisher information on `PARAMETERS`, `(3, 3)`.
-        score: Information times the parameters' estimate, `(3,)`.
-        joints: Biases of the joints' encoders.
+    The information is Fisher's on `PARAMETERS`, `(3, 3)`, the score is information times their estimate,
+    `(3,)`; the day is YYYY-MM-DD.
     """
 
     robot: str

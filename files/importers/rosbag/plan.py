@@ -40,10 +40,7 @@ class ChannelSource:
 class PoseSource:
     """The place of a truck's absolute poses in a bag.
 
-    Attributes:
-        topic: Topic of the messages.
-        frame: Child frame, which is needed for messages with several transforms.
-        offset: Time that is added to the stamps [s].
+    A child frame is needed for messages with several transforms; the offset is added to the stamps [s].
     """
 
     topic: str
