@@ -69,13 +69,9 @@ def recording_of_readings(
 
     Encoders that share a PDO are present only if all of them were received.
 
-    Args:
-        vehicle: The robot, whose `channels` are the columns.
-        time: Time of each SYNC [s], shape `(N,)`.
-        counts: Counts, wrapped or not, shape `(N, C)`; any number where none was received.
-        received: Whether a reading was received, shape `(N, C)`.
-        commands: Commanded wheel speeds [rad/s], shape `(N, W)`, or None.
-        source: Where the readings came from, for messages.
+    Times are `(N,)` [s]. The columns are the robot's `channels`: counts, wrapped or not, any number where
+    none was received, and whether one was, both `(N, C)`. Commanded wheel speeds are `(N, W)` [rad/s], or
+    None. Messages name the source.
     """
     records = assembly_records(vehicle)
     _, pdos, channels = records

@@ -58,12 +58,9 @@ def format_frame(
 ) -> str:
     """Return a frame as candump prints it, without the newline.
 
-    Args:
-        frame: Frame; the form `ta` is of classical CAN only.
-        form: Form of the line: `log` or `ta`.
-        width: Width to which candump right-aligns the interface's name, where it shows several.
-        indent: Whether 11-bit identifiers are right-aligned, as `-ta` does after a 29-bit one.
-        stamp_width: Number of characters of the time, filled up with zeros.
+    The form `ta` is of classical CAN only. `width` is that to which candump right-aligns the interface's
+    name, where it shows several; `indent` right-aligns 11-bit identifiers, as `-ta` does after a 29-bit one;
+    the time has `stamp_width` characters, filled up with zeros.
     """
     if form == "log" and not (frame.flags or width or stamp_width != STAMP_WIDTH):
         # what nearly every frame is, and what is written thousands of times a second
