@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import out, say, warn
-from omnimate.cli.options import OneTruck, OutFile, Profile, check_out_file
+from omnimate.cli.options import OneTruck, OutFile, Profile, written_at_end
 from omnimate.cli.robots import write_profile, write_vehicle
 from omnimate.cli.tables import new_table, show
 
@@ -55,10 +55,7 @@ def calibrate(
     ] = 2.0,
     out_file: OutFile = None,
     plot: Annotated[
-        Path | None,
-        typer.Option(
-            callback=check_out_file, help="Draw the first drive before and after: .png, .svg or .pdf."
-        ),
+        Path | None, written_at_end("Draw the first drive before and after: .png, .svg or .pdf.")
     ] = None,
     profile: Profile = None,
 ) -> None:

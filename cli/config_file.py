@@ -19,11 +19,7 @@ def options_by_key(command: Any) -> dict[str, Any]:  # noqa: ANN401  # typer's t
 
 
 def _read_defaults(context: typer.Context, file: Path | None) -> Path | None:
-    """Take the values in a file as the defaults of a command's options.
-
-    Raises:
-        CallError: The file cannot be read, a key is unknown, or a value is not what its option takes.
-    """
+    """Take the values in a file as the defaults of a command's options."""
     if file is not None:
         try:
             context.default_map = dict(_default(context, *item) for item in read_toml(file).items())

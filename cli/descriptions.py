@@ -20,10 +20,7 @@ if TYPE_CHECKING:
 class Descriptions(NamedTuple):
     """Descriptions of the frames on a bus, from files.
 
-    Attributes:
-        vehicle: The robot; None if unknown.
-        eds: Contents of EDS and DCF files, by node.
-        dbc: Signals of DBC files, by identifier.
+    The robot is None if unknown; EDS and DCF files are by node, signals of DBC files by identifier.
     """
 
     vehicle: VehicleParameters | None
@@ -33,8 +30,7 @@ class Descriptions(NamedTuple):
     def decoder(self, seen: Mapping[tuple[int, int, int], int]) -> FrameDecoder:
         """Return a decoder of frames by the vehicle, else by DBC, else by the PDO mapping.
 
-        Args:
-            seen: PDO parameters that SDO traffic showed, by node, index and sub-index.
+        `seen` are the PDO parameters that SDO traffic showed, by node, index and sub-index.
         """
         signals: dict[int, Sequence[Signal]] = {}
         if self.eds or seen:
@@ -51,20 +47,17 @@ class Descriptions(NamedTuple):
 def descriptions(vehicle: VehicleParameters | None, dbc: Sequence[Path], eds: Sequence[str]) -> Descriptions:
     """Return what the files that are given say of the frames on a bus.
 
-    Args:
-        vehicle: The robot; None if unknown.
-        dbc: DBC files.
-        eds: EDS or DCF files, each as `NODE=FILE`.
+    The EDS or DCF files are given as `NODE=FILE`.
 
     Raises:
         CallError: An EDS is not given as `NODE=FILE`.
         EdsError: An EDS cannot be read.
         LogError: A DBC file cannot be read.
     """
-    named = {} if vehicle is None else _descriptions_found(vehicle)
+    named = {} if vehicle is None else descriptions_of(vehicle, may_miss=True)
     signals: dict[int, Sequence[Signal]] = {}
     if dbc:
-        from omnimate.files.logs.dbc_reading import read_dbc
+        from omnimate.files.logs.dbc import read_dbc
 
         for path in dbc:
             signals.update(read_dbc(path))
@@ -85,13 +78,18 @@ def described_by(path: Path, node: int) -> Eds:
     return eds
 
 
-def descriptions_of(vehicle: VehicleParameters) -> dict[int, Eds]:
+def descriptions_of(vehicle: VehicleParameters, *, may_miss: bool = False) -> dict[int, Eds]:
     """Return what the EDS and DCF files that a vehicle names describe, and warn of what had to be repaired.
+
+    With `may_miss`, files that are not there are left out with a warning, as those of a recording's robot.
 
     Raises:
         EdsError: A file cannot be read.
     """
-    return {node: described_by(Path(path), node) for node, path in vehicle.eds_files.items()}
+    files = {node: Path(path) for node, path in vehicle.eds_files.items()}
+    for path in [path for path in files.values() if may_miss and not path.is_file()]:
+        warn(f"{path}: not there; the PDOs of its node are decoded without it")
+    return {node: described_by(path, node) for node, path in files.items() if path.is_file() or not may_miss}
 
 
 def vehicle_of(path: Path | None, source: Path | None = None) -> VehicleParameters | None:
@@ -105,15 +103,6 @@ def vehicle_of(path: Path | None, source: Path | None = None) -> VehicleParamete
     from omnimate.vehicle.file import load_vehicle
 
     return load_vehicle(path)
-
-
-def _descriptions_found(vehicle: VehicleParameters) -> dict[int, Eds]:
-    """Return the contents of a vehicle's EDS files; those of a recording's robot may be missing."""
-    missing = [path for path in vehicle.eds_files.values() if not Path(path).is_file()]
-    for path in missing:
-        warn(f"{path}: not there; the PDOs of its node are decoded without it")
-    kept = {node: path for node, path in vehicle.eds_files.items() if path not in missing}
-    return {node: described_by(Path(path), node) for node, path in kept.items()}
 
 
 def _described(text: str) -> tuple[int, Eds]:

@@ -14,7 +14,7 @@ import typer
 
 from omnimate.cli.console import out, progress_bar, report_problem, say
 from omnimate.cli.errors import CallError
-from omnimate.cli.options import check_out_file
+from omnimate.cli.options import written_at_end
 from omnimate.cli.tables import new_table, show
 from omnimate.vehicle.errors import OmnimateError
 
@@ -28,18 +28,10 @@ def diagnose(
     recordings: Annotated[
         list[Path], typer.Argument(help="Recording folders of one robot: laps of one or several.")
     ],
-    json_out: Annotated[
-        Path | None, typer.Option("--json", callback=check_out_file, help="File for the answer as JSON.")
-    ] = None,
-    report: Annotated[
-        Path | None, typer.Option(callback=check_out_file, help="File for the report as HTML.")
-    ] = None,
+    json_out: Annotated[Path | None, written_at_end("File for the answer as JSON.", "--json")] = None,
+    report: Annotated[Path | None, written_at_end("File for the report as HTML.")] = None,
     effects_out: Annotated[
-        Path | None,
-        typer.Option(
-            callback=check_out_file,
-            help="File for the effects found, which `omnimate simulate --effects` loads.",
-        ),
+        Path | None, written_at_end("File for the effects found, which `omnimate simulate --effects` loads.")
     ] = None,
     each: Annotated[
         bool,

@@ -33,13 +33,8 @@ def drive_program(
 ) -> None:
     """Enable the drives, drive a program to its end, and stop; laps and fixes are recorded.
 
-    Args:
-        driver: The driver, configured.
-        program: The program to drive.
-        recorder: Receives laps and fixes; the frames reach it through the driver.
-        fix: Measures absolute poses; None where nothing does.
-        watch: Is called with every moment of the drive.
-        seconds: Time after which to stop before the end [s]; None for never.
+    `fix` measures absolute poses, `watch` is called with every moment, and after `seconds` the drive ends
+    early.
 
     Raises:
         DrivesStopped: A drive has stopped all wheels.

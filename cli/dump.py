@@ -129,11 +129,7 @@ def _dump_log(
     decode: bool,
     rates: bool,
 ) -> None:
-    """Print the wanted frames of a log, or their rates.
-
-    Raises:
-        Exit: Something of the log could not be read.
-    """
+    """Print the wanted frames of a log, or their rates."""
     path = log_of(source)
     if triggers and path.is_fifo():
         raise CallError(
@@ -203,12 +199,7 @@ def _chosen(
 ) -> Iterator[Frames]:
     """Yield the wanted frames of a log or a bus, block by block.
 
-    Args:
-        blocks: All frames, block by block.
-        wanted: Which frames are wanted.
-        count: Most frames; None for all.
-        near: Times of the triggers around which frames are wanted [s]; None for all.
-        margin: How long before and after a trigger they are [s].
+    At most `count`, and only those within `margin` [s] of the times `near` [s], where these are given.
     """
     start: float | None = None
     is_filtered = near is not None or wanted != FrameFilter()  # a bus gives frame by frame: each costs

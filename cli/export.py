@@ -36,7 +36,7 @@ def export(
     ] = False,
 ) -> None:
     """Write a recording or a log for Foxglove, PlotJuggler, ROS 2, evo, Wireshark, pandas."""
-    from omnimate.files.exporters.errors import ExportError
+    from omnimate.files.errors import ExportError
     from omnimate.files.exporters.export import DRIVE_SUFFIXES, export_drive, export_frames, suffix_of
     from omnimate.files.logs.streaming import LogStream
 

@@ -47,10 +47,7 @@ def follow(
 ) -> Generator[Sample]:
     """Yield samples until the time is up or the source ends, and show a status line until it is closed.
 
-    Args:
-        samples: The samples.
-        seconds: After how long to end [s]; None for never.
-        status: Returns the line, of the last sample that was yielded and the time since the first [s].
+    `status` returns the line for the last sample and the time since the first one [s].
     """
     first, shown = math.nan, -math.inf
     with Live(console=err, transient=True, auto_refresh=False) as live:

@@ -74,7 +74,7 @@ def listen(
 
 
 def _read_frames(path: Path) -> Frames:
-    from omnimate.files.logs.reading import read_log
+    from omnimate.files.logs.blocks import read_log
 
     log = read_log(log_of(path))
     report_problems(log.blocks)

@@ -13,9 +13,8 @@ from omnimate.cli.errors import CallError
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
-    from omnimate.files.logs.blocks import LogBlocks
+    from omnimate.files.logs.blocks import LogBlocks, LogReadResult
     from omnimate.files.logs.frames import Frame
-    from omnimate.files.logs.reading import LogReadResult
     from omnimate.files.logs.streaming import LogStream
     from omnimate.files.recordings.folder import LoadedRecording
     from omnimate.vehicle.parameters import VehicleParameters
@@ -41,16 +40,13 @@ def read_drive(
 ) -> LoadedRecording:
     """Return the recording of a folder or a log, with its frames.
 
-    Args:
-        source: Recording folder, or log of any format.
-        vehicle: Robot by which frames become samples; a folder has its own, a log needs one.
-        show_log: Called with the frames and the robot before they become samples.
+    A folder has its own robot, a log needs one. `show_log` is called before the frames become samples.
 
     Raises:
         RecordingError: No sample of the vehicle is in it.
     """
     from omnimate.files.logs.assemble import assemble
-    from omnimate.files.logs.reading import read_log
+    from omnimate.files.logs.blocks import read_log
     from omnimate.files.recordings.folder import LoadedRecording, read_recording
 
     if source.is_dir():
@@ -97,10 +93,7 @@ def frames_on_bus(
 ) -> Generator[Frame]:
     """Yield the frames of a live bus until the time is up; warn of those that are not classical CAN.
 
-    Args:
-        url: URL of the bus.
-        seconds: After how long to end [s]; None for never.
-        progress: Called with (tenths of a second passed, of how many; 0 without an end).
+    `progress` is called with tenths of a second passed, and of how many; 0 without an end.
     """
     from omnimate.driver.bus.bus import open_bus
     from omnimate.files.logs.formats.python_can_logs import frame_of_message

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 import typer
 
@@ -21,19 +21,13 @@ if TYPE_CHECKING:
 ALL = 0
 HEARTBEAT_WAIT = 1.5  # [s]; assumption: most devices send a heartbeat each second or more often
 BOOT_WAIT = 3.0  # [s] after a reset; assumption
-NAMES = ("vendor", "product", "revision", "serial")
+IDENTITY = ("vendor", "product", "revision", "serial")
 
 lss = typer.Typer(no_args_is_help=True, help="Find devices without a node id, and give them one (CiA 305).")
 
 
 Command = Literal["start", "stop", "preop", "reset", "reset-communication"]
-CODES: dict[Command, int] = {
-    "start": 0x01,
-    "stop": 0x02,
-    "preop": 0x80,
-    "reset": 0x81,
-    "reset-communication": 0x82,
-}
+CODES = dict(zip(get_args(Command), (0x01, 0x02, 0x80, 0x81, 0x82), strict=True))
 
 
 def nmt(
@@ -159,7 +153,7 @@ def _identity(text: str | None) -> Identity | None:
 
 
 def _print(identity: Identity, *, as_json: bool) -> None:
-    named = dict(zip(NAMES, identity, strict=True))
+    named = dict(zip(IDENTITY, identity, strict=True))
     if as_json:
         out.print(json.dumps(named))
     else:

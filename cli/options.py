@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
+from typer.models import OptionInfo
 
 from omnimate.cli.errors import CallError
 
@@ -21,6 +22,12 @@ def check_out_file(path: Path | None) -> Path | None:
         problem = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"
         raise CallError(f"{path}: cannot be written: {problem}; choose another file")
     return path
+
+
+def written_at_end(help_text: str, *names: str) -> OptionInfo:
+    """Return the option of a file that a verb writes at its end."""
+    option: OptionInfo = typer.Option(*names, callback=check_out_file, help=help_text)
+    return option
 
 
 def check_number(value: float | None) -> float | None:
@@ -93,10 +100,7 @@ Seed = Annotated[
 ]
 
 # A calibration.
-OutFile = Annotated[
-    Path | None,
-    typer.Option("--out", callback=check_out_file, help="Write the calibrated vehicle.toml here."),
-]
+OutFile = Annotated[Path | None, written_at_end("Write the calibrated vehicle.toml here.", "--out")]
 Profile = Annotated[
     tuple[Path, str] | None, typer.Option(help="FILE NAME: keep the result there under this name.")
 ]

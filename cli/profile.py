@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from omnimate.cli.options import check_out_file
+from omnimate.cli.options import written_at_end
 from omnimate.cli.robots import write_vehicle
 
 app = typer.Typer(
@@ -37,7 +37,7 @@ def apply_profile(
     vehicle: Annotated[Path, typer.Option(help="vehicle.toml of the robot.")],
     out_file: Annotated[
         Path,
-        typer.Option("--out", callback=check_out_file, help="Write the vehicle.toml with this profile here."),
+        written_at_end("Write the vehicle.toml with this profile here.", "--out"),
     ],
 ) -> None:
     """Write a vehicle.toml whose trucks have the parameters of a profile; every verb then takes it."""

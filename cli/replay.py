@@ -6,6 +6,7 @@ import itertools
 import math
 import operator
 from collections.abc import Sequence
+from dataclasses import astuple
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,13 +16,13 @@ from omnimate.cli.console import err, out, say
 from omnimate.cli.descriptions import vehicle_of
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of, read_drive, report_problems
-from omnimate.cli.options import LogSource, check_out_file
+from omnimate.cli.options import LogSource, written_at_end
 from omnimate.cli.robots import nominal_vehicle
 from omnimate.cli.tables import new_table, show
 
 if TYPE_CHECKING:
     from omnimate.files.logs.assemble import Assembly
-    from omnimate.files.logs.reading import LogReadResult
+    from omnimate.files.logs.blocks import LogReadResult
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
@@ -43,12 +44,8 @@ def replay(
         float,
         typer.Option(help="Print all frames and commands up to so long from the fault [s].", min=0.0),
     ] = 0.1,
-    csv: Annotated[
-        Path | None, typer.Option(callback=check_out_file, help="Write the trajectories of all trucks here.")
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(callback=check_out_file, help="Draw the floor plan: .png, .svg or .pdf.")
-    ] = None,
+    csv: Annotated[Path | None, written_at_end("Write the trajectories of all trucks here.")] = None,
+    plot: Annotated[Path | None, written_at_end("Draw the floor plan: .png, .svg or .pdf.")] = None,
 ) -> None:
     """Summarise a recording or a log and its odometry, or send its frames onto a bus again.
 
@@ -86,14 +83,11 @@ def replay(
 def _show_timeline(folder: Path, vehicle: VehicleParameters | None, margin: float) -> None:
     """Print NMT states, services and the driver's events in order of time, from the first fault.
 
-    Args:
-        folder: Recording folder with `events.jsonl`.
-        vehicle: Vehicle whose channels are named; None for that of the folder.
-        margin: Time before and after the fault within which all frames and commands are printed [s].
+    Within `margin` [s] of the fault all frames and commands are printed.
     """
+    from omnimate.files.logs.blocks import read_log
     from omnimate.files.logs.bus_events import BusEvents
     from omnimate.files.logs.decoding import FrameDecoder
-    from omnimate.files.logs.reading import read_log
     from omnimate.files.recordings.events_jsonl import EVENTS, read_events
     from omnimate.files.recordings.folder import VEHICLE
     from omnimate.vehicle.file import load_vehicle
@@ -148,16 +142,7 @@ def _show_pdos(assembly: Assembly) -> None:
     """Print how many PDOs of each node are in samples, missing, late or wrong, and the gaps."""
     recording = assembly.recording
     heads = ("in samples", "missing", "late", "double", "wrong length", "restarts")
-    rows = [
-        (
-            f"{pdo.cob_id:03X}h",
-            *map(
-                str,
-                (pdo.node, pdo.used, pdo.missing, pdo.late, pdo.duplicate, pdo.wrong_length, pdo.restarts),
-            ),
-        )
-        for pdo in assembly.pdos
-    ]
+    rows = [(f"{cob_id:03X}h", *map(str, numbers)) for cob_id, *numbers in map(astuple, assembly.pdos)]
     show(new_table("", ("PDO", "node"), heads, rows))
     start = float(recording.time[0])
     for gap in recording.gaps[:MAX_GAPS_SHOWN]:

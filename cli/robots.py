@@ -53,12 +53,7 @@ def truth_of(
 ) -> Truth:
     """Return the true robot of a simulation, on its floor.
 
-    Args:
-        vehicle: Nominal robot.
-        true_vehicle: File of the true robot; None for the nominal one with the errors of U Fig. 11.
-        bumps: Bumps of the floor, as texts.
-        seed: Seed of all random numbers.
-        effects: File of the effects that act; None for none.
+    Without a file of the true robot it is the nominal one with the errors of U Fig. 11.
     """
     from omnimate.effects.file import load_effects
     from omnimate.vcan_sim.bumps import parse_bump
@@ -75,13 +70,8 @@ def program_of(
 ) -> Program:
     """Return the program of a protocol.
 
-    Args:
-        protocol: What to drive.
-        vehicle: Robot that drives it.
-        side: Side of the square, length of the straight or of the rectangle, or diameter of the eight [m].
-        runs: Laps in each direction, or free drives.
-        speed: Speed of the wheels [m/s].
-        seed: Seed of a free drive.
+    `side` is that of the square, the length of the straight or the rectangle, or the diameter of the eight
+    [m]; `runs` are laps in each direction, or free drives; `speed` is that of the wheels [m/s].
     """
     from omnimate.motion import paths
 

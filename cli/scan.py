@@ -11,6 +11,7 @@ import typer
 
 from omnimate.cli.console import out, progress_bar, report_problem, say, warn
 from omnimate.cli.errors import CallError
+from omnimate.cli.nodes import IDENTITY
 from omnimate.cli.options import AsJson, Bus, Timeout
 from omnimate.cli.tables import new_table, show
 
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from omnimate.driver.scan.scan import Scan
 
 NARROW = 80  # characters of a screen on which all tables fit
-IDENTITY = ("vendor", "product", "revision", "serial")
 
 
 def scan(

@@ -141,11 +141,7 @@ def serve(
 
 
 def _require_service() -> None:
-    """Check that the libraries of the extra `service` are installed.
-
-    Raises:
-        CallError: a library is missing.
-    """
+    """Check that the libraries of the extra `service` are installed."""
     missing = [name for name in LIBRARIES if find_spec(name) is None]
     if missing:
         raise CallError(f"the service needs {', '.join(missing)}: pip install 'omnimate[service]'")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import omnimate
 from omnimate.files.logs.assemble import assemble
-from omnimate.files.logs.reading import read_log
+from omnimate.files.logs.blocks import read_log
 from omnimate.vehicle.odometry import dead_reckon
 
 

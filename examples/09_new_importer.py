@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 import omnimate
+from omnimate.files.errors import SourceError
 from omnimate.files.importers.clock import recording_of
-from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.robots import single_truck
 from omnimate.files.importers.series import Series, poses_of
 from omnimate.vehicle.parameters import Truck

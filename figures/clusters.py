@@ -26,10 +26,7 @@ if TYPE_CHECKING:
 class Clusters:
     """The content of one panel of a cluster figure.
 
-    Attributes:
-        title: Title above the panel.
-        before: Return errors of the uncalibrated truck.
-        after: Return errors of the calibrated truck; None for a figure such as U Fig. 6, which has none.
+    `after` is None for a figure such as U Fig. 6, which has none.
     """
 
     title: str

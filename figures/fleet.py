@@ -26,14 +26,8 @@ _WORDS = {"loss": "travel is lost", "creep": "robots creep"}
 class MapPlace:
     """A bad place on a map.
 
-    Attributes:
-        effect: "loss" or "creep".
-        x: [m].
-        y: [m].
-        reach: Radius [m].
-        covariance: Of x and y [m^2], `(2, 2)`.
-        label: Text next to it.
-        creep: Direction of the creep, `(2,)`; None for a loss.
+    The effect is "loss" or "creep"; x, y and the radius `reach` are in m, the covariance of x and y is `(2,
+    2)` [m^2]; `creep` is its direction, `(2,)`, None for a loss.
     """
 
     effect: str
@@ -48,11 +42,7 @@ class MapPlace:
 def plot_floor_map(places: Sequence[MapPlace], driven: Array, path: Path, *, title: str = "") -> None:
     """Draw the floor [m]: where robots drove, and its bad places with the ellipse that holds each with 95 %.
 
-    Args:
-        places: The places.
-        driven: Cells that were driven over, x and y [m] and how often, `(N, 3)`.
-        path: Path of the file; its suffix gives the format.
-        title: Title above the figure.
+    `driven` are the cells that were driven over: x and y [m] and how often, `(N, 3)`.
 
     Raises:
         PlotError: The file cannot be written.
@@ -101,14 +91,8 @@ def plot_history(
 ) -> None:
     """Draw a robot's number day by day, with its 95 % intervals, and the day since which it changes.
 
-    Args:
-        days: Days since the first one, `(D,)`.
-        value: Of the number, `(D,)`.
-        sigma: Its standard deviations, `(D,)`.
-        path: Path of the file; its suffix gives the format.
-        since: Day since which it changes; None where it does not.
-        label: Name of the number, with its unit.
-        title: Title above the figure.
+    `days` since the first one, `value` and `sigma` are `(D,)`; `since` is the day of the change, None for
+    none.
 
     Raises:
         PlotError: The file cannot be written.

@@ -22,10 +22,8 @@ _TRACKS = (GREY, BLUE, VERMILLION, GREEN, PURPLE, ORANGE)
 class Track:
     """One line of a floor plan.
 
-    Attributes:
-        label: Label in the legend.
-        path: Positions or poses, x and y first [m], shape `(N, 2)` or `(N, 3)`.
-        dashed: Whether the line is dashed, as for calculated paths next to the driven one.
+    The path has x and y first [m], shape `(N, 2)` or `(N, 3)`; calculated paths next to the driven one are
+    dashed.
     """
 
     label: str
@@ -38,11 +36,8 @@ def plot_floor_plan(
 ) -> None:
     """Draw paths over the floor [m], the driven one and those by odometry.
 
-    Args:
-        tracks: Paths, each a line; the first is grey and wide, as the reference for the others.
-        path: Path of the file; its suffix gives the format.
-        title: Title above the figure.
-        fixes: Absolute poses, x and y first [m], shape `(M, 2)` or `(M, 3)`.
+    The first track is grey and wide, as the reference for the others; `fixes` are absolute poses, x and y
+    first [m], shape `(M, 2)` or `(M, 3)`.
 
     Raises:
         PlotError: The file cannot be written.

@@ -61,11 +61,7 @@ _SIMPLIFIED: tuple[tuple[re.Pattern[str], Any], ...] = (
 def panel(width: float, height: float, x_label: str, y_label: str) -> Axes:
     """Return the axes of a new figure of one panel.
 
-    Args:
-        width: Width of the figure [px].
-        height: Height of the figure [px].
-        x_label: Label of the horizontal axis.
-        y_label: Label of the vertical axis.
+    Its size is in px.
     """
     with mpl.rc_context(PAGE_STYLE):
         figure = Figure(figsize=(width / INCH, height / INCH))
@@ -81,9 +77,7 @@ def panel(width: float, height: float, x_label: str, y_label: str) -> Axes:
 def embedded(axes: Axes, title: str) -> str:
     """Return the figure of a panel as an `<svg>` element; the same content gives the same text.
 
-    Args:
-        axes: Axes of the panel.
-        title: What the figure shows, for people who cannot see it.
+    The title says what it shows, for people who cannot see it.
     """
     figure, buffer, name = axes.figure, io.StringIO(), escape(title)
     assert isinstance(figure, Figure), "a panel is the only one of its figure"

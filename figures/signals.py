@@ -27,10 +27,7 @@ def plot_signals(
 ) -> None:
     """Draw the signals of a message.
 
-    Args:
-        title: What the message is.
-        signals: Of each its name, times [s] and values, both of shape `(N,)`.
-        path: Picture to write; .png, .svg or .pdf.
+    A signal is its name, times [s] and values, both of shape `(N,)`.
 
     Raises:
         PlotError: The picture cannot be written.

@@ -26,9 +26,7 @@ _JOINT_SIGMAS = slice(8, 10)  # columns of `SlowParameters.sigma` for joint_a an
 class Joints:
     """Biases of the joints' encoders.
 
-    Attributes:
-        bias: Biases of joint_a and joint_b [rad], `(2,)`; `(0,)` for a robot without a linkage.
-        sigma: Their standard deviations [rad], of the same shape.
+    Of joint_a and joint_b [rad], `(2,)`; `(0,)` for a robot without a linkage.
     """
 
     bias: Array
@@ -42,14 +40,7 @@ NO_JOINTS = Joints(np.zeros(0), np.zeros(0))
 class RecordingFeatures:
     """The features of one recording.
 
-    Attributes:
-        robot: Name of the robot.
-        kind: Type of the robot.
-        day: Date, YYYY-MM-DD.
-        segments: Its segments, `MIN_SEGMENTS` or more.
-        crossings: The cells that the segments cross.
-        joints: Biases of its joints' encoders.
-        floor: Name of the floor; "" for the only one.
+    The day is YYYY-MM-DD; there are `MIN_SEGMENTS` segments or more; the floor is "" for the only one.
     """
 
     robot: str
@@ -114,11 +105,8 @@ def features_from_tables(
 ) -> RecordingFeatures | None:
     """Return the features in a recording's tables; None if it has fewer than `MIN_SEGMENTS` segments.
 
-    Args:
-        row: Its row of `recordings`, with `robot` and `day` of its partition.
-        ways: Columns of its `ways`.
-        crossed: Columns of its `crossings`.
-        numbers: Columns of its `numbers`.
+    The row is that of `recordings`, with `robot` and `day` of its partition; the others are columns of its
+    `ways`, `crossings` and `numbers`.
     """
     count = len(ways["way"])
     if count < MIN_SEGMENTS:

@@ -28,9 +28,8 @@ if TYPE_CHECKING:
     from omnimate.fleet.report import BadPlace
     from omnimate.vehicle.se2 import Array
 
-FLOOR_DAYS = (
-    7  # [days] whose recordings are used for the floor: a repaired place is no longer reported after them
-)
+# [days] whose recordings are used for the floor: a repaired place is no longer reported after them.
+FLOOR_DAYS = 7
 HISTORY_DAYS = 30  # [days] of a robot's history
 MIN_REPEATS = 3  # consecutive recordings with the same mismatch by triage, for which the robot is reported
 
@@ -42,10 +41,8 @@ def judge_day(
 ) -> DailyReport:
     """Judge all robots and the floors from the results, and write the report into these.
 
-    Args:
-        files: The results of the batch, into which the report is written.
-        day: Date of the report, YYYY-MM-DD; that of the last recordings by default.
-        progress: Called with (recordings read, number of recordings).
+    The day, YYYY-MM-DD, is that of the last recordings by default; `progress` is called with (recordings
+    read, number of recordings).
 
     Raises:
         FleetError: There are no results of that day, or no recording has two absolute poses.
@@ -79,9 +76,7 @@ def judge_day(
 def read_results(files: Files, path: str) -> tuple[dict[str, Any], RecordingFeatures | None]:
     """Return the row of one recording with its robot and day, and its features; None without enough segments.
 
-    Args:
-        files: The results.
-        path: Path of the recording's file in the table `recordings`.
+    The path is that of its file in the table `recordings`.
     """
     row = decode_rows(files.read(path))[0] | _partition(path)
     ways, crossed, numbers = (
@@ -99,11 +94,8 @@ def make_report(
 ) -> DailyReport:
     """Return the report of a day: places from the recordings of a week, robots from all recordings.
 
-    Args:
-        day: The date, YYYY-MM-DD.
-        rows: Rows of `recordings` up to that day, with `robot` and `day`, in order of time for each robot.
-        features: Features of those of these recordings that have enough segments.
-        known: Bad places of the previous report.
+    Rows of `recordings` up to that day have `robot` and `day`, and are in order of time for each robot;
+    features are of those with enough segments; `known` are the bad places of the previous report.
     """
     week = _days_before(day, FLOOR_DAYS)
     by_floor: dict[str, list[RecordingFeatures]] = {}

@@ -20,11 +20,6 @@ def delete_recording(store: Files, results: Files, stored: StoredRecording) -> b
     the robot's history where no other one of the robot has. What is left of an interrupted deletion goes by
     the next one.
 
-    Args:
-        store: The recordings.
-        results: The results of the batch.
-        stored: The recording.
-
     Raises:
         OSError: Files cannot be read or written.
     """

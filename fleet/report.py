@@ -100,11 +100,7 @@ class BadPlace:
 class RepeatedMismatch:
     """A robot for which triage repeats the same mismatch.
 
-    Attributes:
-        robot: Name of the robot.
-        effect: Name of the effect that explains it best.
-        component: Component that the effect acts on.
-        since: Date of the first of these consecutive recordings, YYYY-MM-DD.
+    The effect explains it best; `since` is the date of the first of these consecutive recordings, YYYY-MM-DD.
     """
 
     robot: str
@@ -117,10 +113,8 @@ class RepeatedMismatch:
 class JudgedRobot:
     """A robot that was judged.
 
-    Attributes:
-        change: The most probable change in its history, even if that is not significant.
-        repeated: The mismatch that triage repeats; None if there is none.
-        is_faulty: Whether it is among the report's faulty robots.
+    `change` is the most probable one in its history, even if that is not significant; `repeated` is the
+    mismatch that triage repeats.
     """
 
     change: Change
@@ -139,10 +133,8 @@ class JudgedRobot:
 class FloorSummary:
     """One of a fleet's floors.
 
-    Attributes:
-        floor: Its name; "" for the only one.
-        recordings: Number of recordings within the week.
-        roughness: Roughness outside its bad places [m/sqrt(m)].
+    The name is "" for the only one; recordings are those of the week; the roughness is that outside its bad
+    places [m/sqrt(m)].
     """
 
     floor: str

@@ -35,12 +35,8 @@ _LATEST = "latest/night.parquet"
 class Course:
     """The values of one quantity of a robot, day by day, without the effect of the floor.
 
-    Attributes:
-        name: Name of the quantity.
-        unit: "1" for a ratio to the value in vehicle.toml, less 1; or "rad".
-        days: Dates, YYYY-MM-DD, `(D,)`.
-        value: Values in that unit, `(D,)`.
-        sigma: Their standard deviations, `(D,)`.
+    Values and their standard deviations, `(D,)`, are ratios to vehicle.toml, less 1 (unit "1"), or in "rad";
+    days are dates, YYYY-MM-DD.
     """
 
     name: str

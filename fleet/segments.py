@@ -183,11 +183,8 @@ def _linearise_segment(
 
     The gain is the derivative of the end by the travel of both wheels in each step.
 
-    Args:
-        travel: Travel of the wheels in N steps [m], `(N, 2)`.
-        base: Wheelbase [m].
-        poses: Measured poses at both ends, `(2, 3)`.
-        sigma: Their standard deviations, `(2, 3)`.
+    Both wheels travel `(N, 2)` [m] in N steps; the measured poses at both ends, and their standard
+    deviations, are `(2, 3)`.
     """
     variance = CONCRETE_ROUGHNESS**2 * np.abs(travel)
     slip = np.zeros_like(travel)  # most probable travel that the floor adds in each step [m]
@@ -234,13 +231,9 @@ def _cross_cells(
 def _linearise(travel: Array, slip: Array, base: float, start: Array, path: Array, gain: Array) -> None:
     """Fill the path of a segment, and the derivative of its end by the wheels' travel.
 
-    Args:
-        travel: Travel of the wheels in each step, from the encoders [m], `(N, 2)`.
-        slip: Travel that the floor adds [m], `(N, 2)`.
-        base: Wheelbase [m].
-        start: First pose, `(3,)`.
-        path: Filled with the poses between the steps, `(N + 1, 3)`.
-        gain: Filled with the derivative of the end by the travel of both wheels, `(N, 3, 2)`.
+    Travel from the encoders, and slip that the floor adds, are `(N, 2)` [m]. The path, `(N + 1, 3)`, is
+    filled with the poses between the steps, from the first one on; the gain, `(N, 3, 2)`, with the derivative
+    of the end by the travel of both wheels.
     """
     path[0] = start
     for step in range(len(travel)):

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.files.logs.dbc import DbcMessage, format_dbc, heartbeat_message, node_name
-from omnimate.files.logs.dbc_reading import EXTENDED_KEY
-from omnimate.files.logs.signals import Signal
+from omnimate.files.logs.signals import EXTENDED_KEY, Signal
 
 if TYPE_CHECKING:
     from omnimate.listen.learning import Findings, LearnedMessage

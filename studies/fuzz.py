@@ -186,7 +186,7 @@ def factsheet_seeds() -> list[bytes]:
 
 
 PARSERS = {
-    "log": Parser(reader("files.logs.reading", "read_log"), log_seeds),
+    "log": Parser(reader("files.logs.blocks", "read_log"), log_seeds),
     "eds": Parser(eds, text_seeds("eds/encoder.eds", "eds/drive.dcf"), "input.eds"),
     "vehicle": Parser(reader("vehicle.file", "load_vehicle"), vehicle_seeds),
     "run": Parser(reader("files.recordings.run_toml", "read_run"), lambda: [RUN_SEED]),
@@ -199,7 +199,7 @@ PARSERS = {
         lambda: [b"t,body,x,y,theta,sigma_x,sigma_y,sigma_theta\n0.5,a,1.0,2.0,0.1,,,\n"],
     ),
     "factsheet": Parser(reader("service.vda5050.factsheet", "load_factsheet"), factsheet_seeds),
-    "dbc": Parser(reader("files.logs.dbc_reading", "read_dbc"), dbc_seeds),
+    "dbc": Parser(reader("files.logs.dbc", "read_dbc"), dbc_seeds),
     "zip": Parser(zipped, zip_seeds),
     "bag": Parser(bag, bag_seeds, "input.bag"),
     "mcap": Parser(bag, mcap_seeds, "input.mcap"),

@@ -78,12 +78,7 @@ def simulated_robot(
 ) -> Iterator[tuple[Driver, Recorder, Plant]]:
     """Open a virtual bus with a simulated vehicle and a driver; give driver, recorder and plant.
 
-    Args:
-        vehicle: Robot as `vehicle.toml` describes it.
-        truth: True robot.
-        folder: Folder of the recording.
-        program: Program whose protocol and side are written into `run.toml`.
-        faults: Faults of the devices.
+    `run.toml` of the recording gets the program's protocol and side.
     """
     plant = Plant(truth, vehicle)
     with (

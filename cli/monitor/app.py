@@ -42,11 +42,8 @@ ORDERS = ("identifier", "rate", "newest")
 class MonitorApp(App[None]):
     """Shows the snapshots of a watch until `q`.
 
-    Attributes:
-        bus_watch: The watch.
-        wanted: Which rows are shown.
-        paused: The snapshot at which the screen stands still; None while it follows.
-        order: What the rows are sorted by, one of `ORDERS`.
+    `paused` is the snapshot at which the screen stands still, None while it follows; `order` is one of
+    `ORDERS`.
     """
 
     CSS = """
@@ -81,16 +78,9 @@ class MonitorApp(App[None]):
     ) -> None:
         """Prepare the screen.
 
-        Args:
-            watch: The watch, which runs.
-            known: What is known of the frames.
-            name: Name of the bus.
-            bitrate: Bit rate of the bus [bit/s], of which the load is a share; None where it is not known.
-            wanted: Which rows are shown at first.
-            target: Folder or file to record into; None names it by the time.
-            seconds: After how long to end [s]; None for never.
-            picture: SVG file to draw the screen into in the end; None for none.
-            marks: Whether changed bytes have a star, where there are no colours.
+        `bitrate` [bit/s] is that of which the load is a share, `target` what `r` records into (None names it
+        by the time), `picture` an SVG file of the screen in the end; `marks` puts a star before changed
+        bytes.
         """
         super().__init__()
         self.bus_watch = watch

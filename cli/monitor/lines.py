@@ -26,9 +26,7 @@ CHANGED, SILENT, PROBLEM, HEAD = "bold yellow", "dim", "bold red", "bold"
 class Wanted(NamedTuple):
     """Which rows are wanted: by identifier, node and kind as in `dump`, and by words in them.
 
-    Attributes:
-        frames: Filter of the frames.
-        words: Texts of which each must stand in the meaning of a row, in small letters.
+    Each of the words, in small letters, must stand in the meaning of a row.
     """
 
     frames: FrameFilter
@@ -85,11 +83,8 @@ def table_lines(
 ) -> Iterator[Text]:
     """Yield the head of the table, then one line for each identifier.
 
-    Args:
-        rows: Statistics and last frame of each identifier.
-        decoder: Decoder of the frames.
-        width: Characters of a line.
-        marks: Whether a star stands before each byte that changed, where there are no colours.
+    A line has `width` characters; `marks` puts a star before each byte that changed, where there are no
+    colours.
     """
     channels = {row.frame.channel for row in rows}
     before = 1 + max(map(len, channels)) if len(channels) > 1 else 0

@@ -29,10 +29,7 @@ CHECK_PERIOD = 5.0  # [s] between two checks for frozen channels
 class RowWriter:
     """Writes each row to the files that were asked for, and flushes it, so that others can follow.
 
-    Attributes:
-        csv_file: Receives the rows as a table; None where none is wanted.
-        json_file: Receives the rows as JSON lines; None where none are wanted.
-        leaves_stdout: Whether standard output is free for words.
+    Either file may be None, where none is wanted; `leaves_stdout`: standard output is free for words.
     """
 
     csv_file: TextIO | None
@@ -88,12 +85,7 @@ def follow_robot(
 ) -> None:
     """Track samples until the time is up, the source ends or Ctrl-C; write rows, report disturbances.
 
-    Args:
-        samples: The samples of a bus, as they come.
-        tracker: The tracker, which takes each sample.
-        writer: Receives a row every `every` seconds.
-        seconds: After how long to end [s]; None for never.
-        every: Time between two rows [s].
+    A row is written every `every` seconds.
     """
     first: float | None = None
     written, checked = -math.inf, 0.0

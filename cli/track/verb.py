@@ -11,7 +11,7 @@ import typer
 from omnimate.cli.console import err, note
 from omnimate.cli.errors import CallError
 from omnimate.cli.following import open_reader
-from omnimate.cli.options import ListenOnly, check_out_file
+from omnimate.cli.options import ListenOnly, written_at_end
 from omnimate.cli.track.live import RowWriter, follow_robot, open_rows
 from omnimate.cli.track.words import disturbance_in_words, show_summary
 
@@ -55,11 +55,7 @@ def track(
     ] = None,
     out_file: Annotated[
         Path | None,
-        typer.Option(
-            "--out",
-            callback=check_out_file,
-            help="Write vehicle.toml here, with what the filter has learned of the robot.",
-        ),
+        written_at_end("Write vehicle.toml here, with what the filter has learned of the robot.", "--out"),
     ] = None,
     every: Annotated[float, typer.Option(help="Seconds between rows; 0 for every sample.", min=0.0)] = 0.1,
 ) -> None:
@@ -88,11 +84,7 @@ def track(
 
 
 def _write(learned: Learned | None, path: Path) -> None:
-    """Write the robot with what was learned of it.
-
-    Raises:
-        CallError: The robot has a single truck.
-    """
+    """Write the robot with what was learned of it."""
     from omnimate.calib.linkage.learned import learned_vehicle
     from omnimate.vehicle.file import save_vehicle
 

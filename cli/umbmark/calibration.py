@@ -38,11 +38,7 @@ LOG_SUFFIXES = {".asc", ".blf", ".log", ".mf4", ".pcap", ".pcapng", ".trc"}
 class Case:
     """One truck in one experiment.
 
-    Attributes:
-        label: What the tables call it.
-        truck: The truck of the robot.
-        experiment: Its experiment.
-        recordings: The recordings of the experiment; empty for a table.
+    The label is what the tables call it; a table has no recordings.
     """
 
     label: str
@@ -59,8 +55,8 @@ def load_cases(
 ) -> tuple[list[Case], VehicleParameters | None]:
     """Return the experiments of all sources, and the robot that they are about where it is known.
 
-    All recordings together make one experiment for each truck; every table makes one of
-    its own. `vehicle` stands in for the parameters in recordings; a table needs it.
+    All recordings together make one experiment for each truck; every table makes one of its own. `vehicle`
+    stands in for the parameters in recordings; a table needs it.
 
     Raises:
         CalibrationError: a source is neither, or does not make an experiment.
@@ -83,11 +79,7 @@ def load_cases(
 
 
 def _folder_of_log(source: Path) -> Path:
-    """Return the recording folder whose log is given; else the source.
-
-    Raises:
-        CalibrationError: A log is given that is not that of a recording folder.
-    """
+    """Return the recording folder whose log is given; else the source."""
     if not LOG_SUFFIXES & set(source.suffixes):
         return source
     if (source.parent / VEHICLE).is_file():
@@ -148,11 +140,7 @@ def _recording_cases(
 class Result:
     """One truck's calibration.
 
-    Attributes:
-        case: The truck and its experiment.
-        assessment: The calibrations by every method, and the advice.
-        chosen: The calibration by the method that was asked for.
-        truck: The calibrated truck, scaled by E_s where a tape measured it.
+    `chosen` is by the method that was asked for; the truck is scaled by E_s where a tape measured it.
     """
 
     case: Case

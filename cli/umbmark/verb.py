@@ -16,7 +16,7 @@ from omnimate.cli.options import (
     OutFile,
     Profile,
     check_number,
-    check_out_file,
+    written_at_end,
 )
 from omnimate.cli.robots import write_profile, write_vehicle
 
@@ -39,10 +39,7 @@ def umbmark(
     ] = None,
     out_file: OutFile = None,
     plot: Annotated[
-        Path | None,
-        typer.Option(
-            callback=check_out_file, help="Draw the return errors before and after: .png, .svg or .pdf."
-        ),
+        Path | None, written_at_end("Draw the return errors before and after: .png, .svg or .pdf.")
     ] = None,
     method: Annotated[
         MethodChoice, typer.Option(help="Method whose result --out, --plot and --profile take.")

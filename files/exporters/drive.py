@@ -26,11 +26,8 @@ if TYPE_CHECKING:
 class Path:
     """The poses of one truck by one method.
 
-    Attributes:
-        method: `odometry` or `ipec`.
-        truck: The truck.
-        time: Time of each pose [s], shape `(N,)`.
-        pose: x, y, theta [m, m, rad], shape `(N, 3)`; nan where it is not known yet.
+    The method is `odometry` or `ipec`; times are `(N,)` [s], poses x, y, theta [m, m, rad] `(N, 3)`, nan
+    where not known yet.
     """
 
     method: str
@@ -48,11 +45,8 @@ class Path:
 class Drive:
     """A recording with derived trajectories and events.
 
-    Attributes:
-        recording: The recording.
-        paths: The poses of each truck by odometry, and by IPEC where there is a linkage that can be read.
-        events: Gaps, laps and bus events, in order of time.
-        notes: Notes on missing parts, with reasons.
+    Paths are by odometry, and by IPEC where there is a linkage that can be read; events are gaps, laps and
+    bus events in order of time; notes say what is missing, with reasons.
     """
 
     recording: Recording
@@ -68,10 +62,6 @@ class Drive:
 
 def drive_of(recording: Recording, frames: Frames) -> Drive:
     """Return a recording with its odometry, from the first whole absolute pose where there is one.
-
-    Args:
-        recording: The recording.
-        frames: The frames that it was made of.
 
     Raises:
         RecordingError: The two wheels of a truck are never present together.
@@ -102,11 +92,7 @@ def _events_of_recording(recording: Recording) -> Iterator[BusEvent]:
 
 
 def _events_of_frames(frames: Frames) -> Iterator[BusEvent]:
-    """Yield the events in frames other than process data."""
+    """Return the events in frames other than process data."""
     function = frames.can_id & 0x780
     may_say = (frames.flags & ERROR > 0) | np.isin(function, (0x000, 0x080, 0x580, 0x600, 0x700))
-    events = BusEvents()
-    for frame in frames.select(np.flatnonzero(may_say)):
-        event = events.take(frame)
-        if event is not None:
-            yield event
+    return filter(None, map(BusEvents().take, frames.select(np.flatnonzero(may_say))))

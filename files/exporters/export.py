@@ -5,14 +5,13 @@ from __future__ import annotations
 import heapq
 import importlib.util
 from collections import Counter
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
-from omnimate.files.exporters.errors import ExportError, MissingLibraryError
+from omnimate.files.errors import ExportError
 from omnimate.files.exporters.messages import Messages
 from omnimate.files.exporters.parquet import write_frames, write_parquet
-from omnimate.files.exporters.sinks import bag_sink, mcap_sink
 from omnimate.files.exporters.tum import write_tum
 from omnimate.files.logs.bus_events import BusEvents
 from omnimate.files.logs.streaming import REPORT_EVERY
@@ -23,12 +22,18 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
     from pathlib import Path
 
+    from rosbags.interfaces import Connection
+    from rosbags.typesys.store import Typestore
+
     from omnimate.files.exporters.drive import Drive
     from omnimate.files.exporters.messages import Message
     from omnimate.files.logs.frames import Frame
     from omnimate.files.logs.streaming import LogStream
 
+    WriteMessage = Callable[[Message], None]  # called in order of time
+
 MCAP, PARQUET, TUM, BAG = ".mcap", ".parquet", ".tum", ""
+_BAG_VERSION: Literal[9] = 9  # of metadata.yaml, ROS 2 Iron and later; older ones read it too
 DRIVE_SUFFIXES = (MCAP, PARQUET, TUM, BAG)  # of formats that hold a drive
 EXTRAS = {  # format: its extra, and the modules that it installs
     MCAP: ("mcap", ("rosbags.typesys", "mcap.writer")),
@@ -41,10 +46,7 @@ EXTRAS = {  # format: its extra, and the modules that it installs
 class Exported:
     """Result of an export.
 
-    Attributes:
-        files: The files, or the folder of a bag.
-        frames: Number of frames written.
-        left_out: Frames that the format cannot hold, by the reason.
+    `files` has the folder of a bag; `left_out` counts the frames that the format cannot hold, by the reason.
     """
 
     files: tuple[Path, ...] = ()
@@ -56,8 +58,7 @@ def suffix_of(target: Path) -> str:
     """Return the suffix that determines the format of an output file or folder, with its libraries checked.
 
     Raises:
-        ExportError: No format has this suffix.
-        MissingLibraryError: A library of an extra is not installed.
+        ExportError: No format has this suffix, or a library of an extra is not installed.
     """
     suffix = log_suffix(target) or target.suffix.lower()
     if suffix not in {*LOG_SUFFIXES, *DRIVE_SUFFIXES}:
@@ -66,7 +67,9 @@ def suffix_of(target: Path) -> str:
     extra, modules = EXTRAS.get(suffix, ("", ()))
     for module in modules:
         if not _is_installed(module):
-            raise MissingLibraryError(target, module.partition(".")[0], extra)
+            library = module.partition(".")[0]
+            problem = f"this format needs the library {library}: pip install 'omnimate[{extra}]'"
+            raise ExportError(target, problem)
     return suffix
 
 
@@ -80,10 +83,7 @@ def _is_installed(module: str) -> bool:
 def export_frames(log: LogStream, target: Path, progress: Callable[[int, int], None]) -> Exported:
     """Write a log frame by frame; MCAP files and bags also get the events in it.
 
-    Args:
-        log: The log, which is read once.
-        target: File or folder to write; its suffix determines the format.
-        progress: Called with the bytes that were read and their total, for progress.
+    The suffix of `target` determines the format; `progress` is called with the bytes read and their total.
 
     Raises:
         ExportError: The format holds no frames, or a requirement is missing.
@@ -114,11 +114,8 @@ def export_drive(
 ) -> Exported:
     """Write a drive: samples, odometry, IPEC, measured poses and events, as far as the format holds them.
 
-    Args:
-        drive: The drive.
-        target: File or folder to write; its suffix says the format.
-        progress: Called with the amount written and the total.
-        log: Log whose frames are written too; None for none.
+    The suffix of `target` determines the format; `progress` is called with the amount written and the total,
+    and `log` is one whose frames are written too.
 
     Raises:
         ExportError: The format holds no drive, or a requirement is missing.
@@ -175,3 +172,50 @@ def _export_messages(
             write(message)
             done.frames += message.topic.startswith("/can")
     return done
+
+
+@contextmanager
+def mcap_sink(path: Path, typestore: Typestore) -> Iterator[WriteMessage]:
+    """Open an MCAP file of profile `ros2`; yield the function that writes a message."""
+    from mcap.writer import Writer  # noqa: PLC0415 -- an extra; few need it
+
+    schemas: dict[str, int] = {}
+    channels: dict[str, int] = {}
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start("ros2", "omnimate")
+
+        def write(message: Message) -> None:
+            topic, kind = message.topic, message.kind
+            if kind not in schemas:
+                text, _ = typestore.generate_msgdef(kind, ros_version=2)
+                schemas[kind] = writer.register_schema(kind, "ros2msg", text.encode())
+            if topic not in channels:
+                channels[topic] = writer.register_channel(topic, "cdr", schemas[kind])
+            writer.add_message(channels[topic], message.stamp, message.data, message.stamp)
+
+        yield write
+        writer.finish()  # type: ignore[no-untyped-call]  # the library's
+
+
+@contextmanager
+def bag_sink(folder: Path, typestore: Typestore) -> Iterator[WriteMessage]:
+    """Open a ROS 2 bag; yield the function that writes a message.
+
+    Raises:
+        ExportError: The folder exists.
+    """
+    from rosbags.rosbag2 import Writer  # noqa: PLC0415 -- an extra; few need it
+
+    if folder.exists():
+        raise ExportError(folder, "it exists; choose another folder for the bag")
+    topics: dict[str, Connection] = {}
+    with Writer(folder, version=_BAG_VERSION) as writer:
+
+        def write(message: Message) -> None:
+            topic = message.topic
+            if topic not in topics:
+                topics[topic] = writer.add_connection(topic, message.kind, typestore=typestore)
+            writer.write(topics[topic], message.stamp, message.data)
+
+        yield write

@@ -1,6 +1,6 @@
 """Conversion of drives and frames to ROS 2 messages (CDR), for Foxglove, PlotJuggler, rviz and rerun.
 
-Only this file and `omnimate.files.exporters.sinks` use the optional libraries `rosbags` and `mcap`.
+Only this file and `omnimate.files.exporters.export` use the optional libraries `rosbags` and `mcap`.
 """
 
 from __future__ import annotations
@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from omnimate.files.exporters.errors import ExportError
-from omnimate.files.logs.formats.stamps import NANOSECOND, nanoseconds
-from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
+from omnimate.files.errors import ExportError
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD, NANOSECOND, REMOTE, nanoseconds
 from omnimate.vehicle.parameters import JOINTS
 
 if TYPE_CHECKING:
@@ -49,11 +48,7 @@ _X, _Y, _YAW = 0, 7, 35  # on the diagonal of ROS's 6 x 6 covariance
 class Message(NamedTuple):
     """A serialised message.
 
-    Attributes:
-        topic: Topic of the message.
-        kind: Type, such as `nav_msgs/msg/Odometry`.
-        stamp: Time of the message [ns].
-        data: The message as CDR.
+    The type is such as `nav_msgs/msg/Odometry`, the stamp in ns, the data CDR.
     """
 
     topic: str
@@ -70,11 +65,7 @@ class Messages:
     """
 
     def __init__(self, target: FilePath) -> None:
-        """Load the types.
-
-        Args:
-            target: What is written, for the error.
-        """
+        """Load the types."""
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore  # noqa: PLC0415 -- an extra
 
         self._target = target
@@ -94,12 +85,11 @@ class Messages:
         """Return a frame as a message on the topic of its interface."""
         stamp = nanoseconds(frame.time)
         is_fd, is_error, is_extended = (bool(frame.flags & bit) for bit in (FD, ERROR, EXTENDED))
-        length = len(frame.data) if frame.length is None else frame.length
         data = np.frombuffer(frame.data if is_fd else frame.data.ljust(8, b"\0"), np.uint8)
         kind = CAN_FD_FRAME if is_fd else CAN_FRAME
         remote = () if is_fd else (bool(frame.flags & REMOTE),)
         flags = (*remote, is_extended, is_error)
-        content = self._make(kind, self._header(stamp, frame.channel), frame.can_id, *flags, length, data)
+        content = self._make(kind, self._header(stamp, frame.channel), frame.can_id, *flags, frame.size, data)
         topic = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in frame.channel)
         return self._message(f"/can_fd/{topic}" if is_fd else f"/can/{topic}", kind, stamp, content)
 

@@ -69,7 +69,7 @@ def _frame_columns(rows: list[Frame]) -> dict[str, list[Any]]:
     columns |= {name: [bool(row.flags & bit) for row in rows] for name, bit in _KINDS.items()}
     directions = {0: None, SENT: True, RECEIVED: False}
     columns["is_sent"] = [directions.get(row.flags & (SENT | RECEIVED)) for row in rows]
-    columns["length"] = [len(row.data) if row.length is None else row.length for row in rows]
+    columns["length"] = [row.size for row in rows]
     columns["data"] = [row.data for row in rows]
     return columns
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.files.logs.formats.stamps import NANOSECOND, nanoseconds
+from omnimate.files.logs.frames import NANOSECOND, nanoseconds
 from omnimate.vehicle.atomic import write_text
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import closing
 from typing import TYPE_CHECKING, NamedTuple
 
-from omnimate.files.importers.errors import SourceError
+from omnimate.files.errors import SourceError
 from omnimate.files.logs.frames import FD
 from omnimate.files.logs.writing import open_writer, written_whole
 from omnimate.files.recordings.folder import LOG, VEHICLE, check_free
@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 class ImportedLog(NamedTuple):
     """Numbers of imported frames.
 
-    Attributes:
-        frames: Number of frames in the recording's log.
-        fd_frames: Number of CAN FD frames, which a recording does not hold.
+    `fd_frames` are CAN FD frames, which a recording does not hold.
     """
 
     frames: int
@@ -36,11 +34,7 @@ def import_log(
 ) -> ImportedLog:
     """Write `vehicle.toml` and `can.log`, frame by frame, so that memory does not grow with the log.
 
-    Args:
-        log: The log, which is read once.
-        vehicle: The robot whose bus it is.
-        folder: Folder to write; it holds no recording yet.
-        progress: Called with the bytes that were read and their total, for progress.
+    `progress` is called with the bytes read and their total.
 
     Raises:
         RecordingError: The folder holds a recording.

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.files.importers.errors import SourceError
+from omnimate.files.errors import SourceError
 from omnimate.files.importers.units import counts_of
-from omnimate.files.logs.pdo_units import drive_conversion
+from omnimate.files.logs.decoding import drive_conversion
 from omnimate.files.recordings.readings import recording_of_readings
 from omnimate.vehicle.counters import counter_law, unwrap
 from omnimate.vehicle.parameters import ParameterError
@@ -44,13 +44,8 @@ def recording_of(
 ) -> Recording:
     """Return a recording made of series, equal to that read back from the folder that it is written to.
 
-    Args:
-        vehicle: The robot; its `sync_period` is replaced by the median one of the data.
-        series: A series for each channel of the robot.
-        source: File or folder that the data come from, for messages.
-        poses: Absolute poses on the same clock.
-        run: The protocol and the laps that were driven.
-        commands: Commanded wheel speeds [rad/s] on the channels' common clock, shape `(N, W)`, or None.
+    The robot's `sync_period` is replaced by the median one of the data; poses are on the channels' clock, and
+    so are commanded wheel speeds [rad/s], shape `(N, W)`. Messages name the source.
 
     Raises:
         SourceError: A channel is missing, the clocks do not overlap, or a series does not fit its channel.
@@ -79,16 +74,12 @@ def _clock(series: list[Series], source: str) -> Array:
     first = series[0].time
     if all(np.array_equal(other.time, first) for other in series):
         return np.array(first, np.float64)
-    start, end = (
-        max(channel_series.time[0] for channel_series in series),
-        min(channel_series.time[-1] for channel_series in series),
-    )
-    slowest: Array = min(series, key=lambda channel_series: len(channel_series.time)).time
+    start, end = max(other.time[0] for other in series), min(other.time[-1] for other in series)
+    slowest: Array = min((other.time for other in series), key=len)
     clock: Array = slowest[(slowest >= start) & (slowest <= end)]
     if len(clock) < 2:
         spans = "; ".join(
-            f"{channel_series.source}: {channel_series.time[0]:.3f} to {channel_series.time[-1]:.3f} s"
-            for channel_series in series
+            f"{other.source}: {other.time[0]:.3f} to {other.time[-1]:.3f} s" for other in series
         )
         raise SourceError(source, f"the channels have no time in common ({spans}); expected one clock")
     return clock

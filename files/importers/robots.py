@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.files.importers.errors import MappingError
+from omnimate.files.errors import MappingError
 from omnimate.vehicle.file import load_vehicle
 from omnimate.vehicle.parameters import Bus, Encoder, ParameterError, Truck, VehicleParameters
 
@@ -21,11 +21,7 @@ _ANY_PERIOD = 0.02  # [s]; it is replaced by that of the data
 def single_truck(name: str, truck: Truck, counts_per_turn: float, period: float) -> VehicleParameters:
     """Return a robot with one truck whose wheels count 32 bits on nodes 1 and 2.
 
-    Args:
-        name: Name of the robot.
-        truck: The nominal truck.
-        counts_per_turn: Counts in a turn of a wheel.
-        period: Time between two samples [s].
+    The period is the time between two samples [s].
 
     Raises:
         ParameterError: The parameters are not those of a possible robot.
@@ -40,10 +36,8 @@ def single_truck(name: str, truck: Truck, counts_per_turn: float, period: float)
 def robot_of(mapping: Table, folder: Path, vehicle: VehicleParameters | None) -> VehicleParameters:
     """Return the robot of a mapping.
 
-    Args:
-        mapping: A mapping with the path `vehicle`, or with `[robot]`, a single differential drive.
-        folder: Folder that the path is relative to.
-        vehicle: A robot that replaces that of the mapping; None for none.
+    The mapping has a path `vehicle`, relative to the folder, or a single differential drive, `[robot]`; a
+    given vehicle replaces both.
 
     Raises:
         MappingError: The mapping has neither, or its robot is not possible.

@@ -21,10 +21,8 @@ if TYPE_CHECKING:
 class OdometryError(NamedTuple):
     """One truck's odometry with nominal parameters, from its first complete absolute pose to its last.
 
-    Attributes:
-        distance: Length of the path of the axle's middle, by the wheels [m].
-        position: Distance between the end of the odometry and the absolute pose [m].
-        heading: Difference of their headings [rad], in (-pi, pi].
+    The length of the path of the axle's middle by the wheels [m], and from the end of the odometry to the
+    absolute pose the distance [m] and the difference of headings [rad], in (-pi, pi].
     """
 
     distance: float

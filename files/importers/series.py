@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.files.importers.errors import SourceError
+from omnimate.files.errors import SourceError
 from omnimate.vehicle.recording import Poses
 from omnimate.vehicle.se2 import wrap
 
@@ -48,9 +48,7 @@ class Series:
 def check_times(time: Array, place: Callable[[int], str]) -> None:
     """Raise an error for times `(K,)` [s] that are not finite, lie before 0, or do not increase.
 
-    Args:
-        time: Times to check [s], shape `(K,)`.
-        place: Function that returns the place in its source of a row, counted from 0, for the message.
+    `place` returns the place in the source of a row, counted from 0, for the message.
 
     Raises:
         SourceError: A time is wrong; the message names its row.
@@ -74,11 +72,8 @@ def check_times(time: Array, place: Callable[[int], str]) -> None:
 def poses_of(truck: TruckName, time: Array, pose: Array, sigma: Array | None = None) -> Poses:
     """Return the absolute poses of a truck; rows without a known component are left out.
 
-    Args:
-        truck: Name of the truck, a or b.
-        time: Time of each pose [s], shape `(M,)`.
-        pose: x, y [m] and theta [rad], not necessarily wrapped, shape `(M, 3)`; nan where unknown.
-        sigma: Standard deviations of the poses, shape `(M, 3)`; None where they are not stated.
+    Times are `(M,)` [s], poses x, y [m] and theta [rad], not necessarily wrapped, and their standard
+    deviations `(M, 3)`; nan where unknown.
     """
     known = np.isfinite(pose).any(axis=1)
     stated = np.full(pose.shape, np.nan) if sigma is None else sigma

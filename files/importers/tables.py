@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from omnimate.files.importers.errors import MappingError
+from omnimate.files.errors import MappingError
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.files.importers.errors import SourceError
+from omnimate.files.errors import SourceError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.files.logs.canopen_words import BOOT_UP, HEARTBEAT, NMT_START, SYNC_ID
+from omnimate.files.logs.decoding import drive_conversion
 from omnimate.files.logs.frame_classes import classify, is_class
-from omnimate.files.logs.pdo_units import drive_conversion
 from omnimate.files.recordings.readings import Events, recording_of_events
 from omnimate.vehicle.assembly import BOOTED, NOTHING, STARTED, assembly_records
 from omnimate.vehicle.errors import RecordingError
@@ -35,15 +35,9 @@ if TYPE_CHECKING:
 class PdoTraffic:
     """Statistics of the PDOs of one COB-ID.
 
-    Attributes:
-        cob_id: COB-ID of the PDO.
-        node: Node that sends the PDO.
-        used: Frames that entered a sample.
-        missing: Samples without such a PDO.
-        late: Frames that came after the next SYNC.
-        duplicate: Further frames in a sample that had one already.
-        wrong_length: Frames too short or unlike the others.
-        restarts: Boot-up messages of the node.
+    `used` frames entered a sample, `missing` are samples without one, `late` frames came after the next SYNC,
+    `duplicate` ones into a sample that had one; those of `wrong_length` are too short or unlike the others,
+    and `restarts` are boot-ups of the node.
     """
 
     cob_id: int
@@ -60,10 +54,8 @@ class PdoTraffic:
 class Assembly:
     """A recording assembled from a log, with statistics of the log.
 
-    Attributes:
-        recording: The recording, without poses and run.
-        pdos: Statistics of the encoders' PDOs, in the order of the vehicle's file.
-        unknown_pdos: Number of frames by COB-ID of PDOs that are not the vehicle's.
+    The recording is without poses and run; PDOs are in the order of the vehicle's file; `unknown_pdos` has
+    the frames of other PDOs, by COB-ID.
     """
 
     recording: Recording
@@ -90,11 +82,6 @@ class _Log:
     has_sync: bool = True
 
     @property
-    def time(self) -> NDArray[np.float64]:
-        """Times of the samples, `(N,)` [s]."""
-        return self.frames.time[self.opens]
-
-    @property
     def boots(self) -> Rows:
         """Indices of the boot-up messages."""
         frames = self.frames
@@ -116,10 +103,7 @@ class _Log:
 def assemble(frames: Frames, vehicle: VehicleParameters, source: str = "can.log") -> Assembly:
     """Return the recording of a log with statistics.
 
-    Args:
-        frames: The frames of the log in the order in which they were on the bus.
-        vehicle: Robot whose encoders and drives are looked for.
-        source: Name of the log, for messages.
+    The frames are in their order on the bus; messages name the source.
 
     Raises:
         RecordingError: The log holds neither a SYNC nor a PDO of this vehicle.
@@ -183,16 +167,9 @@ def _events(log: _Log, records: tuple[Record, Record, Record]) -> Events:
 
 def _traffic(pdo: Record, booted: NDArray[np.uint32]) -> PdoTraffic:
     """Return the statistics of the PDOs of one record; `booted` are the COB-IDs of all boot-ups, `(B,)`."""
-    return PdoTraffic(
-        int(pdo["cob_id"]),
-        int(pdo["node"]),
-        used=int(pdo["received"]),
-        missing=int(pdo["missing"]),
-        late=int(pdo["late"]),
-        duplicate=int(pdo["duplicate"]),
-        wrong_length=int(pdo["wrong_length"]),
-        restarts=int(np.count_nonzero(booted == HEARTBEAT + pdo["node"])),
-    )
+    names = "cob_id", "node", "received", "missing", "late", "duplicate", "wrong_length"
+    restarts = int(np.count_nonzero(booted == HEARTBEAT + pdo["node"]))
+    return PdoTraffic(*[*(int(pdo[name]) for name in names), restarts])
 
 
 def _commands(log: _Log, vehicle: VehicleParameters) -> NDArray[np.float64] | None:

@@ -1,6 +1,6 @@
-"""Reading of logs of any format as arrays, block by block in bounded memory.
+"""Reading of logs of any format as arrays, whole or block by block in bounded memory.
 
-Large logs of candump are read by several threads. `omnimate.files.logs.reading` gives a whole log at once.
+Large logs of candump are read by several threads.
 """
 
 from __future__ import annotations
@@ -9,66 +9,65 @@ import itertools
 import os
 from collections import deque
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from omnimate.files.logs.formats.block_reader import BlockReader
-from omnimate.files.logs.formats.candump_blocks import BlockParser, SkippedLine, parse_in_parallel
-from omnimate.files.logs.formats.candump_lines import ONLY_CLASSICAL, STAMP_WIDTH, parse_line
-from omnimate.files.logs.formats.foreign import foreign_format_of, read_entries
-from omnimate.files.logs.frames import FD, Frame, Frames, frames_of
-from omnimate.vehicle.errors import LogError
+from omnimate.files.logs.formats.candump_blocks import BlockParser, parse_in_parallel
+from omnimate.files.logs.formats.candump_lines import STAMP_WIDTH
+from omnimate.files.logs.formats.foreign import read_entries
+from omnimate.files.logs.frames import Frame, Frames, concatenate, frames_of
+from omnimate.files.logs.streaming import LogReader, are_intervals, parse_last_line
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-    from pathlib import Path
+    from collections.abc import Iterator
 
-    from numpy.typing import ArrayLike
-
+    from omnimate.files.logs.formats.block_reader import BlockReader
     from omnimate.files.logs.formats.foreign import ForeignFormat
 
-HEAD_BYTES = 4096  # first bytes, from which the format is recognised
 PARALLEL_SIZE = 1 << 27  # [bytes] size above which threads are faster
 FRAMES_PER_BLOCK = 1 << 16  # frames per block of formats that are read frame by frame
 MAX_WORKERS = 8  # threads; more are limited by the one that distributes blocks
-MAX_SKIPPED_LINES = 1000  # skipped lines that are stored; further ones are only counted
-MIN_INCREASING_SHARE = (
-    0.8  # share of increasing relative times, below which they are intervals (half by chance)
-)
+
+
+class LogReadResult(NamedTuple):
+    """The readable part of a log.
+
+    The frames are in the order of the file.
+    """
+
+    frames: Frames
+    blocks: LogBlocks
+
+
+def read_log(path: Path | str) -> LogReadResult:
+    """Return the frames of a log of any known format, which its content decides, not its suffix.
+
+    Raises:
+        LogError: There is no such file, or it holds no frame.
+    """
+    blocks = LogBlocks(Path(path))
+    return LogReadResult(concatenate(list(blocks)), blocks)
 
 
 @dataclass(slots=True)
-class LogBlocks:
+class LogBlocks(LogReader):
     """The classical frames of a log in the order of the file.
 
     Attributes:
-        source: Path of the file.
         workers: Threads that read a large candump log; None for one per processor.
-        frames: Number of frames so far.
-        left_out: Number of lines that were left out so far.
-        truncated: Whether the file ends in the middle of a line or of its compressed data.
         is_added_up: Whether the log has the time since the frame before (`candump -td`), which is added up.
         jumps: How often the clock goes back.
         first_jump: Number of the frame after the first jump, and the times before and after it [s].
     """
 
-    source: Path
     workers: int | None = None
-    frames: int = 0
-    left_out: int = 0
-    truncated: bool = False
     is_added_up: bool = False
     jumps: int = 0
     first_jump: tuple[int, float, float] = (0, 0.0, 0.0)
     _parser: BlockParser = field(default_factory=BlockParser)
     _last: float | None = None
-    _kept: int = 0
-
-    @property
-    def skipped(self) -> list[SkippedLine]:
-        """Lines that were left out so far, at most `MAX_SKIPPED_LINES`, and why."""
-        return self._parser.skipped
 
     @property
     def stamp_width(self) -> int:
@@ -81,37 +80,21 @@ class LogBlocks:
         Raises:
             LogError: The file cannot be read, or it holds no frame.
         """
-        try:
-            reader = BlockReader(self.source)
-            form = foreign_format_of(reader.head(HEAD_BYTES))
+        with self.reading() as (reader, form):
             for block in self._candump(reader) if form is None else self._foreign(reader, form):
                 frames = self._added_up(block)
                 self._note_jumps(frames)
                 self.frames += len(frames)
-                self._forget_lines()
+                self.take_skipped(self._parser)
                 if len(frames):
                     yield frames
-            self._forget_lines()
-        except OSError as error:
-            raise LogError(self.source, None, f"cannot be read: {error.strerror or error}") from error
-        if not self.frames:
-            empty = SkippedLine(1, "", "it ends before the first" if self.truncated else "it is empty")
-            first = self.skipped[0] if self.skipped else empty
-            reason = f"no CAN frame in the whole file; {first.reason}: {first.text!r}"
-            raise LogError(self.source, first.line, reason)
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether every line so far was read."""
-        return not self.left_out and not self.truncated
+            self.take_skipped(self._parser)
 
     def problems(self) -> Iterator[str]:
-        """Yield sentences on skipped lines, and on jumps of the clock."""
-        yield from describe_skipped_lines(self.source, self.skipped, self.left_out)
+        """Yield sentences on skipped lines, on the end of the log, on times, and on jumps of the clock."""
+        yield from LogReader.problems(self)
         if self.is_added_up:
             yield f"{self.source}: times are since the frame before (candump -td); they were added up from 0"
-        if self.truncated:
-            yield f"{self.source}: the log ends early; it was read up to there"
         if self.jumps:
             frame, before, after = self.first_jump
             where = f"first at frame {frame} from {before:.6f} s to {after:.6f} s"
@@ -125,11 +108,6 @@ class LogBlocks:
             return frames
         start = self._last or 0.0
         return replace(frames, time=np.cumsum(np.concatenate(([start], frames.time)))[1:])
-
-    def _forget_lines(self) -> None:
-        self.left_out += len(self.skipped) - self._kept
-        del self.skipped[MAX_SKIPPED_LINES:]
-        self._kept = len(self.skipped)
 
     def _note_jumps(self, frames: Frames) -> None:
         if not len(frames):
@@ -150,8 +128,7 @@ class LogBlocks:
             frames = [entry for entry in part if isinstance(entry, Frame)]
             for entry in part:
                 if not isinstance(entry, Frame):
-                    self.truncated |= entry.is_end
-                    self.skipped.extend([entry] if entry.reason else [])
+                    self.skip(entry)
             if frames:
                 block = frames_of(frames, channels)
                 channels = block.channels
@@ -165,7 +142,11 @@ class LogBlocks:
             yield frames
         self.truncated = reader.damaged
         if last and last[0].strip():
-            yield from self._last_line(last[0], before)
+            entry = parse_last_line(last[0], self._parser, before, fd=False)
+            if isinstance(entry, Frame):
+                yield frames_of([entry])
+            else:
+                self.skip(entry)
 
     def _parsed(self, blocks: Iterator[bytes]) -> Iterator[Frames]:
         if self.source.stat().st_size < PARALLEL_SIZE:
@@ -173,42 +154,6 @@ class LogBlocks:
             return
         workers = self.workers or min(os.cpu_count() or 1, MAX_WORKERS)
         yield from parse_in_parallel(blocks, self._parser, workers)
-
-    def _last_line(self, line: bytes, before: deque[Frames]) -> Iterator[Frames]:
-        """Yield the frame of a line without its newline, or note that it was cut off."""
-        frame = parse_line(line)
-        if isinstance(frame, Frame) and frame.flags & FD:
-            frame = ONLY_CLASSICAL
-        if isinstance(frame, str) or not looks_complete(frame, before):
-            reason = frame if isinstance(frame, str) else "its data end early"
-            self._parser.skip(self._parser.lines + 1, line, f"the last line was cut off; {reason}")
-            self.truncated = True
-        else:
-            yield frames_of([frame])
-
-
-def describe_skipped_lines(source: Path, kept: Iterable[SkippedLine], count: int) -> Iterator[str]:
-    """Yield in words which lines were left out; `count` are all of them, of which some were kept."""
-    for line in kept:
-        count -= 1
-        yield f"{source}:{line.line}: skipped: {line.reason}: {line.text!r}"
-    if count:
-        yield f"{source}: skipped: {count} lines more"
-
-
-def are_intervals(time: ArrayLike) -> bool:
-    """Return whether relative times are intervals between frames, and not times since the first frame.
-
-    The latter grow, but for frames of several interfaces that are written in another order.
-    """
-    grows = np.diff(np.asarray(time, np.float64)[1:]) > 0.0
-    return len(grows) > 0 and float(np.mean(grows)) < MIN_INCREASING_SHARE
-
-
-def looks_complete(last: Frame, pieces: Iterable[Frames]) -> bool:
-    """Return whether a last frame without newline has the length of an earlier frame of its identifier."""
-    kind = np.concatenate([[], *(piece.length[piece.can_id == last.can_id] for piece in pieces)])
-    return len(kind) == 0 or bool(np.any(kind == last.length))
 
 
 def _whole_lines(reader: BlockReader, last: list[bytes]) -> Iterator[bytes]:

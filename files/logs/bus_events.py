@@ -29,12 +29,8 @@ _SIZES = {NMT_ID: 2, EMCY: 8, SDO_ANSWER: 8, SDO_REQUEST: 8, HEARTBEAT: 1}  # by
 class BusEvent(NamedTuple):
     """An event on a bus.
 
-    Attributes:
-        time: Time of its frame [s].
-        node: CANopen node id; None where it concerns the bus.
-        what: Description.
-        is_problem: Whether it is a fault, a restart or a refusal.
-        is_health: Whether it is an EMCY or an NMT state, by which a driver supervises a node.
+    It concerns a node (id) or the bus (None), at a time [s]; `is_problem`: a fault, a restart or a refusal;
+    `is_health`: an EMCY or an NMT state, by which a driver supervises a node.
     """
 
     time: float
@@ -47,9 +43,7 @@ class BusEvent(NamedTuple):
 class NodeSeen(NamedTuple):
     """Last known NMT state of a node.
 
-    Attributes:
-        state: NMT state in its last heartbeat, boot-up or node guarding answer.
-        time: Time of that frame [s].
+    The state is that in its last heartbeat, boot-up or node guarding answer, at a time [s].
     """
 
     state: int
@@ -59,8 +53,7 @@ class NodeSeen(NamedTuple):
 class BusEvents:
     """Detects events in the frames of a bus, by the predefined connection set of CiA 301.
 
-    Attributes:
-        nodes: Last known NMT state of every node, by interface and node id.
+    `nodes` has the last known NMT state of every node, by interface and node id.
     """
 
     def __init__(self) -> None:

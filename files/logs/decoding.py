@@ -1,49 +1,59 @@
-"""Description of frames: a vehicle's channels with physical values, or CANopen services."""
+"""Units of raw counts in PDOs, and what frames mean: physical values of a vehicle, or CANopen services."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 from omnimate.files.logs.canopen_words import describe_frame
-from omnimate.files.logs.dbc_reading import EXTENDED_KEY
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, Frame
-from omnimate.files.logs.pdo_units import drive_conversion, encoder_conversion
-from omnimate.files.logs.signals import Signal
+from omnimate.files.logs.signals import EXTENDED_KEY, Signal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from omnimate.vehicle.parameters import VehicleParameters
+    from omnimate.vehicle.parameters import Drive, Encoder, VehicleParameters
+
+
+class Conversion(NamedTuple):
+    """physical = offset + factor * raw.
+
+    The factor is in units per count; the unit is `rad`, `m` or `rad/s`.
+    """
+
+    factor: float
+    offset: float
+    unit: str
+
+    def __call__(self, raw: float) -> float:
+        """Return the physical value of raw counts."""
+        return self.offset + self.factor * raw
+
+
+def encoder_conversion(encoder: Encoder, vehicle: VehicleParameters) -> Conversion:
+    """Return the conversion of an encoder's counts, before they are unwrapped."""
+    if encoder.channel == "link":
+        length = vehicle.linkage.length if vehicle.linkage else 0.0
+        return Conversion(encoder.scale, length - encoder.zero * encoder.scale, "m")
+    zero = encoder.zero if encoder.channel in {"joint_a", "joint_b"} else 0
+    return Conversion(encoder.scale, 0.0 - zero * encoder.scale, "rad")
+
+
+def drive_conversion(drive: Drive) -> Conversion:
+    """Return the conversion of a drive's target velocity (60FFh) to wheel speed, forward positive."""
+    return Conversion(drive.sign * 2.0 * math.pi / drive.counts_per_turn, 0.0, "rad/s")
 
 
 def vehicle_signals(vehicle: VehicleParameters) -> dict[int, tuple[Signal, ...]]:
     """Return the channels and drive targets in a vehicle's PDOs, by COB-ID."""
     signals: dict[int, tuple[Signal, ...]] = {}
     for encoder in vehicle.encoders:
-        factor, offset, unit = encoder_conversion(encoder, vehicle)
-        signal = Signal(
-            encoder.channel,
-            encoder.start_bit,
-            encoder.bits,
-            encoder.signed,
-            factor,
-            offset,
-            unit,
-            counts="counts",
-        )
+        place = encoder.start_bit, encoder.bits, encoder.signed
+        signal = Signal(encoder.channel, *place, *encoder_conversion(encoder, vehicle), counts="counts")
         signals[encoder.cob_id] = (*signals.get(encoder.cob_id, ()), signal)
     for drive in vehicle.drives:
-        factor, offset, unit = drive_conversion(drive)
-        signal = Signal(
-            f"target {drive.wheel}",
-            drive.start_bit,
-            32,
-            signed=True,
-            factor=factor,
-            offset=offset,
-            unit=unit,
-            counts="counts",
-        )
+        place = drive.start_bit, 32, True
+        signal = Signal(f"target {drive.wheel}", *place, *drive_conversion(drive), counts="counts")
         signals[drive.cob_id] = (*signals.get(drive.cob_id, ()), signal)
     return signals
 
@@ -62,9 +72,7 @@ class FrameDecoder:
     ) -> None:
         """Set the known signals of the bus; those of a vehicle have priority.
 
-        Args:
-            vehicle: The robot on the bus; None where it is not known.
-            signals: Signals of a DBC file, an object dictionary or a mapping, by identifier.
+        The others are those of a DBC file, an object dictionary or a mapping, by identifier.
         """
         self._vehicle = vehicle
         vehicle_known = vehicle_signals(vehicle) if vehicle is not None else {}

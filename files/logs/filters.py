@@ -5,14 +5,14 @@ from __future__ import annotations
 import operator
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.files.logs.canopen_words import SYNC_ID
-from omnimate.files.logs.dbc_reading import EXTENDED_KEY
 from omnimate.files.logs.frame_classes import CLASSES, classify
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.files.logs.signals import EXTENDED_KEY
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
@@ -61,12 +61,7 @@ class FilterError(OmnimateError):
 class IdentifierRule:
     """Identifiers of a range or of a mask, of 11 or of 29 bits.
 
-    Attributes:
-        first: First identifier of the range, or the bits behind the mask.
-        last: Last identifier of the range, or the mask.
-        is_mask: Whether it is a mask.
-        is_long: Whether the identifiers have 29 bits.
-        is_excluded: Whether these identifiers are excluded.
+    `first` and `last` are the ends of a range, or the bits behind the mask and the mask.
     """
 
     first: int
@@ -113,12 +108,9 @@ class IdentifierRule:
 class FrameFilter:
     """A filter of frames; an empty part accepts all.
 
-    Attributes:
-        rules: Identifiers: of those that name some, one must hold, and none of those that exclude.
-        nodes: CANopen node ids that a frame concerns; NMT concerns the node that it names, or all.
-        kinds: Names in `KINDS`.
-        begin: Time from which on frames are wanted, after the first frame [s]; None for all.
-        end: Time up to which frames are wanted, after the first frame [s]; None for all.
+    Of the rules that name identifiers one must hold, and none of those that exclude. Nodes are CANopen node
+    ids that a frame concerns; NMT concerns the one that it names, or all. Kinds are names in `KINDS`; `begin`
+    and `end` are times after the first frame [s], None for all.
     """
 
     rules: tuple[IdentifierRule, ...] = ()
@@ -159,20 +151,11 @@ def _concerns(frames: Frames, node: int) -> Mask:
     return np.asarray((from_node | nmt) & (frames.flags & (EXTENDED | ERROR) == 0), np.bool_)
 
 
-class Trigger(Protocol):
-    """Finds the frames of an event in a log that is processed block by block."""
-
-    def rows(self, frames: Frames) -> NDArray[np.int64]:
-        """Return the indices of the frames of the next block at which it happens, shape `(K,)`."""
-        ...
-
-
 @dataclass(slots=True)
 class GapTrigger:
     """An identifier appears again after a gap.
 
-    Attributes:
-        longest: Longest interval that is no gap [s].
+    `longest` is the longest interval that is no gap [s].
     """
 
     longest: float
@@ -196,8 +179,7 @@ class GapTrigger:
 class KindTrigger:
     """A frame of a kind comes: an EMCY that is no reset, or an error frame.
 
-    Attributes:
-        kind: `emcy` or `error`.
+    The kind is `emcy` or `error`.
     """
 
     kind: str
@@ -214,16 +196,10 @@ class KindTrigger:
 class ValueTrigger:
     """A signal's value begins to satisfy a comparison.
 
-    Attributes:
-        can_id: Identifier of the frames, with 29 bits where `is_long`.
-        is_long: Whether it has 29 bits.
-        signal: The signal.
-        comparison: One of < > <= >= = !=.
-        value: Physical value that the signal is compared with.
+    The comparison is one of < > <= >= = !=, with a physical value.
     """
 
-    can_id: int
-    is_long: bool
+    rule: IdentifierRule
     signal: Signal
     comparison: str
     value: float
@@ -231,8 +207,7 @@ class ValueTrigger:
 
     def rows(self, frames: Frames) -> NDArray[np.int64]:
         """Return the frames of the next block in which the comparison begins to hold, shape `(K,)`."""
-        rule = IdentifierRule(self.can_id, self.can_id, is_mask=False, is_long=self.is_long)
-        rows = np.flatnonzero(rule.holds(frames) & (frames.flags & REMOTE == 0))
+        rows = np.flatnonzero(self.rule.holds(frames) & (frames.flags & REMOTE == 0))
         values = self.signal.values(frames.select(rows))
         holds = _OPERATORS[self.comparison](values, self.value) & ~np.isnan(values)
         begins = holds & ~np.concatenate(([self._holds], holds[:-1]))
@@ -240,12 +215,13 @@ class ValueTrigger:
         return rows[begins]
 
 
+Trigger = GapTrigger | KindTrigger | ValueTrigger  # their rows are frames of the next block of a log
+
+
 def trigger_of(text: str, signals: Mapping[int, Sequence[Signal]]) -> Trigger:
     """Return the trigger of `gap:0.5`, `emcy`, `error` or `NAME>VALUE`.
 
-    Args:
-        text: The trigger.
-        signals: Signals by identifier, to which `EXTENDED_KEY` is added for 29 bits.
+    Signals are by identifier, to which `EXTENDED_KEY` is added for 29 bits.
 
     Raises:
         FilterError: The text is no trigger, or names a signal that is not known.
@@ -260,8 +236,9 @@ def trigger_of(text: str, signals: Mapping[int, Sequence[Signal]]) -> Trigger:
     for key, carried in signals.items():
         for signal in carried:
             if signal.name == match[1]:
-                can_id, is_long = key & ~EXTENDED_KEY, bool(key & EXTENDED_KEY)
-                return ValueTrigger(can_id, is_long, signal, match[2], float(match[3]))
+                can_id = key & ~EXTENDED_KEY
+                rule = IdentifierRule(can_id, can_id, is_long=bool(key & EXTENDED_KEY))
+                return ValueTrigger(rule, signal, match[2], float(match[3]))
     names = ", ".join(sorted(signal.name for carried in signals.values() for signal in carried))
     raise FilterError(
         f"trigger {text!r}: no signal {match[1]!r}; expected one of {names or 'a --vehicle, --dbc or --eds'}"

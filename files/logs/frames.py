@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -23,6 +24,8 @@ BRS = 64  # CAN FD: the bit rate was switched for the data
 ESI = 128  # CAN FD: the sender was error passive
 
 DEFAULT_CHANNEL = "can0"
+NANOSECOND = 1_000_000_000  # of these in a second
+_COLUMNS = ("time", "can_id", "length", "data", "flags", "channel")  # arrays of a log
 
 
 class Frame(NamedTuple):
@@ -43,6 +46,11 @@ class Frame(NamedTuple):
     flags: int = 0
     length: int | None = None
     channel: str = DEFAULT_CHANNEL
+
+    @property
+    def size(self) -> int:
+        """Number of bytes of data, or asked for by a remote frame."""
+        return len(self.data) if self.length is None else self.length
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,10 +77,10 @@ class Frames:
 
     def __post_init__(self) -> None:
         count = len(self.time)
-        arrays = (self.can_id, self.length, self.data, self.flags, self.channel)
+        arrays = [getattr(self, name) for name in _COLUMNS]
         if any(len(array) != count for array in arrays) or self.data.shape != (count, 8):
             raise ValueError(f"arrays of {[array.shape for array in arrays]} do not belong to {count} frames")
-        for array in (self.time, *arrays):
+        for array in arrays:
             array.flags.writeable = False
 
     def __len__(self) -> int:
@@ -94,15 +102,7 @@ class Frames:
 
     def select(self, rows: NDArray[np.generic] | slice) -> Frames:
         """Return the frames of a mask (N,), of indices (K,), or of a slice."""
-        return Frames(
-            self.time[rows],
-            self.can_id[rows],
-            self.length[rows],
-            self.data[rows],
-            self.flags[rows],
-            self.channel[rows],
-            self.channels,
-        )
+        return replace(self, **{name: getattr(self, name)[rows] for name in _COLUMNS})
 
     def words(self) -> NDArray[np.uint64]:
         """Return the data as one little-endian number per frame, `(N,)`, as CiA 301 packs PDOs."""
@@ -117,7 +117,7 @@ def frames_of(rows: Iterable[Frame], channels: tuple[str, ...] = ()) -> Frames:
     return Frames(
         np.array([row.time for row in rows], np.float64),
         np.array([row.can_id for row in rows], np.uint32),
-        np.array([len(row.data) if row.length is None else row.length for row in rows], np.uint8),
+        np.array([row.size for row in rows], np.uint8),
         np.frombuffer(b"".join(row.data.ljust(8, b"\0") for row in rows), np.uint8).reshape(-1, 8).copy(),
         np.array([row.flags for row in rows], np.uint8),
         np.array([number[row.channel] for row in rows], np.uint8),
@@ -128,15 +128,24 @@ def frames_of(rows: Iterable[Frame], channels: tuple[str, ...] = ()) -> Frames:
 def concatenate(logs: Sequence[Frames]) -> Frames:
     """Return the frames of all logs, one after the other; channels are matched by name."""
     channels = tuple(dict.fromkeys(name for log in logs for name in log.channels)) or (DEFAULT_CHANNEL,)
-    number = [np.array([channels.index(name) for name in log.channels], np.uint8) for log in logs]
     if not logs:
         return frames_of(())
-    return Frames(
-        np.concatenate([log.time for log in logs]),
-        np.concatenate([log.can_id for log in logs]),
-        np.concatenate([log.length for log in logs]),
-        np.concatenate([log.data for log in logs]),
-        np.concatenate([log.flags for log in logs]),
-        np.concatenate([numbers[log.channel] for numbers, log in zip(number, logs, strict=True)]),
-        channels,
+    columns = {name: np.concatenate([getattr(log, name) for log in logs]) for name in _COLUMNS}
+    numbers = [np.array([channels.index(name) for name in log.channels], np.uint8) for log in logs]
+    columns["channel"] = np.concatenate(
+        [number[log.channel] for number, log in zip(numbers, logs, strict=True)]
     )
+    return Frames(**columns, channels=channels)
+
+
+def nanoseconds(time: float) -> int:
+    """Return a time [s] as whole nanoseconds, which divided by 1e9 are the same time again.
+
+    A double has steps of 240 ns for present dates. If it equals a whole number of microseconds, as in a
+    candump log, the result ends in three zeros, without digits that were not measured.
+    """
+    micros = round(time * 1e6)
+    if micros / 1e6 == time:
+        return micros * 1000
+    whole = math.floor(time)
+    return whole * NANOSECOND + round((time - whole) * NANOSECOND)

@@ -86,9 +86,7 @@ class _Identifier:
 class LiveTable:
     """Collects statistics of identifiers, separately for each interface and kind of frame.
 
-    Attributes:
-        frames: Number of frames so far.
-        others: Number of frames of identifiers beyond `MAX_IDENTIFIERS`.
+    `others` are frames of identifiers beyond `MAX_IDENTIFIERS`.
     """
 
     def __init__(self) -> None:

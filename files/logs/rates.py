@@ -19,10 +19,8 @@ if TYPE_CHECKING:
     from omnimate.files.logs.frames import Frames
 
 PAUSE, PAUSE_INTERVALS = 1.0, 10.0  # [s], [median intervals]: a longer interval than both is a pause
-MIN_INTERVAL, BINS_PER_DECADE = (
-    1e-6,
-    50,
-)  # [s] of the first bin of intervals; bins for each power of ten, 5 % wide
+MIN_INTERVAL = 1e-6  # [s] of the first bin of intervals
+BINS_PER_DECADE = 50  # bins for each power of ten, 5 % wide
 _BINS = 13 * BINS_PER_DECADE
 _HEADER = f"{'interface':<10} {'id':>8} {'frames':>9} {'Hz':>10} {'bytes':>5}  name"
 
@@ -36,17 +34,10 @@ def without_pauses(intervals: NDArray[np.float64]) -> NDArray[np.float64]:
 class IdentifierRate:
     """Statistics of the frames of an identifier so far.
 
-    Attributes:
-        flags: Flags of its first frame.
-        data: Data of its first frame.
-        frames: Number of frames.
-        low: Shortest length [bytes].
-        high: Longest length [bytes].
-        last: Time of the last frame [s].
-        short: Number of intervals of at most `PAUSE`.
-        span: Their sum [s].
-        long: The other intervals [s]; there are few in any log, because they are long.
-        histogram: How many intervals are of each size, shape `(BINS,)`.
+    Flags and data are those of its first frame, `low` and `high` its shortest and longest length [bytes],
+    `last` is the time of the last frame [s]. `short` is the number of intervals of at most `PAUSE`, `span`
+    their sum [s]; `long` are the others [s], few in any log, because they are long. The histogram counts
+    intervals of each size, `(BINS,)`.
     """
 
     flags: int

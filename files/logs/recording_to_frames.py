@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.files.logs.canopen_words import SYNC_ID
+from omnimate.files.logs.decoding import drive_conversion
 from omnimate.files.logs.frames import Frames, concatenate
-from omnimate.files.logs.pdo_units import drive_conversion
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -23,12 +23,7 @@ PREDEFINED = 4  # PDOs with a predefined COB-ID
 class Mapped(NamedTuple):
     """An object in a PDO.
 
-    Attributes:
-        node: Node that sends or receives the PDO.
-        object: Index of the object.
-        subindex: Sub-index of the object.
-        start_bit: First bit in the PDO.
-        bits: Width.
+    The node sends or receives the PDO.
     """
 
     node: int
@@ -64,8 +59,7 @@ def seen_object(frame: Frame) -> tuple[tuple[int, int, int], int] | None:
 def mapped_objects(objects: Mapping[tuple[int, int, int], int]) -> dict[int, tuple[Mapped, ...]]:
     """Return the objects in each PDO, by COB-ID.
 
-    Args:
-        objects: PDO parameters by node, index and sub-index; a COB-ID that is missing is the predefined one.
+    PDO parameters are by node, index and sub-index; a COB-ID that is missing is the predefined one.
     """
     pdos: dict[int, tuple[Mapped, ...]] = {}
     for node in {key[0] for key in objects}:

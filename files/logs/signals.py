@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from omnimate.files.logs.frames import Frames
 
+EXTENDED_KEY = 1 << 31  # in a DBC file, and in keys of signals by identifier: a 29-bit identifier
 _FLOATS = {32: ("<f", "<I", np.float32, np.uint32), 64: ("<d", "<Q", np.float64, np.uint64)}
 
 

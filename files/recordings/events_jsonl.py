@@ -18,11 +18,8 @@ EVENTS = "events.jsonl"
 class RecordedEvent(NamedTuple):
     """An event of the driver, at each time at which it happened.
 
-    Attributes:
-        time: Time on the recording's clock [s].
-        node: CANopen node id; None where it concerns the bus.
-        what: Description.
-        kind: `event`; `fault`, which stops the robot or loses a node or the bus; `command` of wheel speeds.
+    Times are on the recording's clock [s]; the node is None where it concerns the bus. A fault stops the
+    robot or loses a node or the bus; a command is one of wheel speeds.
     """
 
     time: float

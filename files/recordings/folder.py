@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from omnimate.files.logs.assemble import Assembly, assemble
+from omnimate.files.logs.blocks import LogReadResult, read_log
 from omnimate.files.logs.formats.candump_text import candump_text
-from omnimate.files.logs.reading import LogReadResult, read_log
 from omnimate.files.logs.recording_to_frames import frames_of_recording
 from omnimate.files.recordings.events_jsonl import EVENTS
 from omnimate.files.recordings.poses_csv import read_poses, write_poses
@@ -33,10 +33,7 @@ _CLOCK_TOLERANCE = 1.0  # [s] that a lap may start before or end after the log (
 class LoadedRecording:
     """A recording with the statistics of its assembly and its log.
 
-    Attributes:
-        recording: The recording with its poses and run.
-        assembly: The assembly of the log's frames into samples.
-        log: The frames of the log, and the lines that could not be read.
+    The recording has its poses and run; the log has the lines that could not be read.
     """
 
     recording: Recording
@@ -92,10 +89,7 @@ def check_free(folder: Path) -> None:
 def save_recording(recording: Recording, folder: Path | str, *, compress: bool = False) -> None:
     """Write a recording as a folder, replacing one that is there.
 
-    Args:
-        recording: Measured or simulated recording.
-        folder: Folder to write; it is made where it is absent.
-        compress: Whether `can.log.gz` is written instead of `can.log`.
+    With `compress`, `can.log.gz` is written instead of `can.log`.
 
     Raises:
         RecordingError: The folder cannot be written.

@@ -41,12 +41,8 @@ def recording_of_events(
 ) -> Recording:
     """Return the recording, without poses and run, of events from the first SYNC on; updates the records.
 
-    Args:
-        vehicle: The robot.
-        records: Its records of the cycle, the PDOs and the channels.
-        events: The events in their order; the first opens a sample.
-        commands: Commanded wheel speeds [rad/s], shape `(N, W)`, or None.
-        source: Where the events came from, for messages.
+    The records are the robot's of the cycle, the PDOs and the channels; the first event opens a sample;
+    commands are wheel speeds [rad/s], `(N, W)`. Messages name the source.
     """
     time = events.times[events.opens]
     shape = len(time), len(vehicle.channels)
@@ -73,13 +69,9 @@ def recording_of_readings(
 
     Encoders that share a PDO are present only if all of them were received.
 
-    Args:
-        vehicle: The robot, whose `channels` are the columns.
-        time: Time of each SYNC [s], shape `(N,)`.
-        counts: Counts, wrapped or not, shape `(N, C)`; any number where none was received.
-        received: Whether a reading was received, shape `(N, C)`.
-        commands: Commanded wheel speeds [rad/s], shape `(N, W)`, or None.
-        source: Where the readings came from, for messages.
+    Times are `(N,)` [s]. The columns are the robot's `channels`: counts, wrapped or not, any number where
+    none was received, and whether one was, both `(N, C)`. Commanded wheel speeds are `(N, W)` [rad/s], or
+    None. Messages name the source.
     """
     records = assembly_records(vehicle)
     _, pdos, channels = records

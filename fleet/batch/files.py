@@ -1,38 +1,19 @@
-"""Files of a store: in a folder, or under a URL of fsspec, such as `s3://bucket/store`."""
+"""Files of a store: in a folder, or under a URL of fsspec, such as `s3://bucket/store`.
+
+Paths are relative to the root, with slashes.
+"""
 
 from __future__ import annotations
 
 from glob import iglob
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from omnimate.fleet.errors import FleetError
 from omnimate.vehicle.atomic import make_folder, write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-
-
-class Files(Protocol):
-    """Files under one root; paths are relative to it, with slashes.
-
-    Attributes:
-        url: The root, as it was given.
-    """
-
-    url: str
-
-    def glob(self, pattern: str) -> list[str]:
-        """Return the paths of files and folders that match a pattern, sorted, without hidden ones."""
-
-    def read(self, path: str) -> bytes:
-        """Return a file's content."""
-
-    def write(self, path: str, content: bytes) -> None:
-        """Replace a file's content in one step."""
-
-    def delete(self, path: str) -> None:
-        """Delete a file if it exists, and folders that are empty then."""
 
 
 def open_files(url: str) -> Files:
@@ -45,12 +26,7 @@ def open_files(url: str) -> Files:
 
 
 class LocalFiles:
-    """Files in a folder.
-
-    Attributes:
-        root: The folder.
-        url: The folder, as text.
-    """
+    """Files in a folder, the root."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -83,9 +59,6 @@ class LocalFiles:
 
 class RemoteFiles:
     """Files under a URL of fsspec whose writes are atomic, as those of object stores are.
-
-    Attributes:
-        url: The URL.
 
     Raises:
         FleetError: fsspec is not installed, or cannot open the URL.
@@ -129,3 +102,6 @@ class RemoteFiles:
 def _visible(paths: Iterable[str]) -> list[str]:
     """Return the sorted paths without hidden ones, which are files that are being written."""
     return sorted(path for path in paths if not path.rpartition("/")[2].startswith("."))
+
+
+Files = LocalFiles | RemoteFiles

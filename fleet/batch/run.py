@@ -31,10 +31,8 @@ MEMORY = "1.5GiB"  # memory limit of a worker, which processes one recording at 
 class Workers:
     """The processes of a batch.
 
-    Attributes:
-        jobs: Number of processes on this machine; 1 for this process alone.
-        scheduler: Address of a Dask scheduler, such as `tcp://10.0.0.1:8786`; None for this machine.
-        memory: Memory limit of a worker on this machine; beyond it the worker is restarted.
+    Jobs are processes on this machine, 1 for this one alone; the scheduler is an address of Dask, such as
+    `tcp://10.0.0.1:8786`; a worker on this machine that exceeds the memory is restarted.
     """
 
     jobs: int = 1
@@ -46,12 +44,9 @@ class Workers:
 class BatchResult:
     """The outcome of a batch.
 
-    Attributes:
-        done: Number of recordings that were processed.
-        known: Number of recordings whose results existed already.
-        failed: Recordings without results, each with the reason.
-        unreadable: Recordings of `done` and `known` that cannot be read, each with the reason.
-        undated: Folders whose day is no date, and whose recordings are left out.
+    `done` recordings were processed, `known` ones had results already; `failed` have none, `unreadable` of
+    both cannot be read, each with the reason; `undated` are folders whose day is no date, and which are left
+    out.
     """
 
     done: int
@@ -75,13 +70,9 @@ def run_batch(
 ) -> BatchResult:
     """Process all recordings of a store whose results do not exist yet.
 
-    Args:
-        store: Folder or URL of the store.
-        results: Folder or URL of the results.
-        day: Date of the recordings, YYYY-MM-DD; None for all.
-        diagnosed: Whether recordings with a mismatch by triage are diagnosed, too.
-        workers: The processes; by default this one alone.
-        progress: Called with (recordings processed, number of recordings).
+    A store is a folder or a URL. Without a day, YYYY-MM-DD, all are processed; `diagnosed`: recordings with a
+    mismatch by triage are diagnosed, too. `progress` is called with (recordings processed, number of
+    recordings).
 
     Raises:
         FleetError: The store has no recording, or a library is missing.

@@ -29,10 +29,7 @@ _FILES = (VEHICLE, LOG, f"{LOG}.gz", POSES, RUN)
 class StoredRecording:
     """A recording in a store.
 
-    Attributes:
-        robot: Name of the robot.
-        day: Date, YYYY-MM-DD.
-        name: Name of the recording, unique among those of the robot on this day.
+    The day is YYYY-MM-DD; the name is unique among those of the robot on this day.
     """
 
     robot: str
@@ -62,9 +59,7 @@ def is_date(day: str) -> bool:
 def recordings_in(files: Files, day: str) -> tuple[list[StoredRecording], tuple[str, ...]]:
     """Return the recordings of a store in the order of their paths, and the folders whose day is no date.
 
-    Args:
-        files: The store.
-        day: Day of the recordings, YYYY-MM-DD; "*" for all.
+    The day is YYYY-MM-DD, or "*" for all.
 
     Raises:
         FleetError: There is no recording.

@@ -53,9 +53,7 @@ DIAGNOSED_PART = 60.0
 class Processed(NamedTuple):
     """The outcome of one recording.
 
-    Attributes:
-        status: Whether its results have been written now, or existed already.
-        error: Why it cannot be read; None where it can.
+    `status`: its results have been written now, or existed already; `error`: why it cannot be read.
     """
 
     status: Status
@@ -65,11 +63,7 @@ class Processed(NamedTuple):
 def process_recording(store: str, results: str, stored: StoredRecording, *, diagnosed: bool) -> Processed:
     """Write the results of one recording unless they exist already.
 
-    Args:
-        store: Folder or URL of the store.
-        results: Folder or URL of the results.
-        stored: The recording.
-        diagnosed: Whether a recording with a mismatch by triage is diagnosed, too.
+    Store and results are folders or URLs; `diagnosed`: a mismatch by triage is diagnosed, too.
 
     Raises:
         FleetError: A library is missing.

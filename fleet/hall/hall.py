@@ -39,13 +39,7 @@ _STOP = 8.0  # [s] of a stop at a dock with two turns on the spot, to estimate t
 class Hall:
     """A hall with its robots.
 
-    Attributes:
-        length: Length along x [m].
-        width: Width along y [m].
-        docks: Poses of the docks: x [m], y [m] and heading [rad], `(M, 3)`.
-        places: Bad places of the floor.
-        robots: The robots.
-        seed: Seed of all random numbers.
+    Docks are poses x [m], y [m] and heading [rad], `(M, 3)`; the length is along x, the width along y [m].
     """
 
     length: float
@@ -70,16 +64,9 @@ def draw_hall(
 ) -> Hall:
     """Return a random hall.
 
-    Args:
-        robots: Number of robots, of three types in turn.
-        days: Number of days; faults begin after a fifth of them, and five days before their end.
-        faulty: Number of robots that become faulty, each suddenly or gradually with equal probability.
-        places: Number of bad places, of three kinds in turn.
-        docks: Number of docks.
-        length: Length of the hall along x [m].
-        width: Width of the hall along y [m].
-        sync_period: Period of SYNC on the bus of each robot [s].
-        seed: Seed of all random numbers.
+    Its robots are of three types in turn, and its places of three kinds. Faults begin after a fifth of the
+    days, and five days before their end, each suddenly or gradually with equal probability. Length, along x,
+    and width are in m, the period of SYNC on each robot's bus in s.
 
     Raises:
         SimulationError: More robots become faulty than there are, or the bad places do not fit in.
@@ -110,13 +97,8 @@ def hall_lap(
 ) -> Recording:
     """Return the recording of a lap of a robot on a day; the same arguments give the same recording.
 
-    Args:
-        hall: The hall.
-        robot: One of its robots.
-        day: Number of the day, from 0.
-        lap: Number of the lap on this day, from 0.
-        minutes: Approximate time of the lap [min].
-        pose_period: Time between measured poses [s]; 0 for poses at docks only.
+    Days and laps are counted from 0. The lap takes about so many minutes; `pose_period` is the time between
+    measured poses [s], 0 for poses at docks only.
 
     Raises:
         EndStopError: The linkage was driven to its end stop.
@@ -147,14 +129,9 @@ def write_store(
 ) -> int:
     """Write the recordings of all robots on some days, and `hall.toml`; return the number of recordings.
 
-    Args:
-        hall: The hall.
-        store: Folder of the store; it is created if it does not exist.
-        days: Numbers of the days, from 0.
-        laps: Number of laps of each robot on each day.
-        minutes: Approximate time of each lap [min].
-        pose_period: Time between measured poses [s]; 0 for poses at docks only.
-        progress: Called with (recordings written, number of recordings).
+    Days are counted from 0. A lap takes about so many minutes; `pose_period` is the time between measured
+    poses [s], 0 for poses at docks only. `progress` is called with (recordings written, number of
+    recordings).
 
     Raises:
         RecordingError: The store holds a hall, or a recording cannot be written.

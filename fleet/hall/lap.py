@@ -39,14 +39,9 @@ _BLOCK = 8192  # samples by which the arrays grow
 class LapTask:
     """The task of a robot in one lap.
 
-    Attributes:
-        truth: The robot's true parameters on that day.
-        wheels: Record `(1,)` of its wheels' faults.
-        docks: Poses of the docks that it visits, x [m], y [m] and heading [rad], `(M, 3)`; it starts at the
-            first.
-        speed: Speed of the drive [m/s].
-        period: Time between measured poses [s]; 0 for poses at docks only.
-        seed: Seed of the errors of the measured poses.
+    True parameters and wheel faults, a record `(1,)`, are those of that day. The robot visits docks, x [m], y
+    [m] and heading [rad], `(M, 3)`, from the first on, at a speed [m/s]. Poses are measured with a period
+    [s], 0 for docks only, and with random errors.
     """
 
     truth: "Truth"
@@ -60,11 +55,7 @@ class LapTask:
 def drive_lap(vehicle: "VehicleParameters", task: LapTask, places: Record, start_time: float) -> Recording:
     """Return the recording of one lap.
 
-    Args:
-        vehicle: Nominal parameters of the robot.
-        task: Its task.
-        places: Bad places of the floor, from `place_records`.
-        start_time: Time of the first sample [s].
+    The places are records from `place_records`; the first sample is at `start_time` [s].
 
     Raises:
         EndStopError: The linkage was driven to its end stop.

@@ -70,11 +70,7 @@ class PlaceRecord:
 def draw_places(count: int, margin: float, inside: Array, chance: np.random.Generator) -> tuple[Place, ...]:
     """Return random bad places, at least `_MIN_DISTANCE` apart.
 
-    Args:
-        count: Their number.
-        margin: Distance from the walls [m].
-        inside: Sides of the area inside the margin [m], `(2,)`.
-        chance: Generator of random numbers.
+    They lie in an area with sides `inside` [m], `(2,)`, at a distance `margin` [m] from the walls.
 
     Raises:
         SimulationError: They do not fit into that area.
@@ -117,12 +113,8 @@ def place_records(places: tuple[Place, ...]) -> Record:
 def lose_travel(places: Record, sides: Array, constants: Constants, state: State) -> None:
     """Reduce the wheels' travel in this step by the loss on joints and oily patches.
 
-    Args:
-        places: The places, `(K,)`.
-        sides: Signed distance of each wheel from each joint's line in the previous step [m], `(K, 4)`;
-            updated.
-        constants: Constants of the robot.
-        state: State of the robot; `travel` is changed.
+    `sides` are the signed distances of each wheel from the line of each of the K places in the previous step
+    [m], `(K, 4)`; they are updated, and the state's `travel` is changed.
     """
     for wheel in range(2 * constants.trucks):
         truck = wheel // 2

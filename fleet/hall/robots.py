@@ -16,7 +16,7 @@ from omnimate.vehicle.parameters import WHEELS, Limits, Truck
 
 if TYPE_CHECKING:
     from omnimate.fleet.hall.faults import Fault
-    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.se2 import Array
 
 TYPES = ("tug", "mule", "train")
@@ -33,13 +33,8 @@ _WHEEL_NAMES: tuple[str, ...] = WHEELS
 class HallRobot:
     """A robot of the hall.
 
-    Attributes:
-        vehicle: Its nominal parameters.
-        wheels: Ratio of each wheel's true diameter on day 0 to the nominal one, less 1, `(4,)`.
-        wheelbases: The same ratio, less 1, of each truck's wheelbase, `(2,)`.
-        wear: Change of each wheel's ratio [1/day], `(4,)`.
-        faults: Its faults.
-        seed: Seed of its random numbers.
+    `wheels`, `(4,)`, and `wheelbases`, `(2,)`, are ratios of true sizes on day 0 to nominal ones, less 1;
+    wear is the change of the wheels' ratios [1/day], `(4,)`.
     """
 
     vehicle: VehicleParameters
@@ -84,12 +79,8 @@ def draw_robot(
 ) -> HallRobot:
     """Return a random robot.
 
-    Args:
-        kind: Its type, one of `TYPES`.
-        number: Its number, which is a part of its name and of its seed.
-        seed: Seed of the hall.
-        sync_period: Period of SYNC on its bus [s].
-        faults: Its faults.
+    Its type is one of `TYPES`; its number is a part of its name and of its seed; `seed` is the hall's. The
+    period of SYNC on its bus is in s.
     """
     chance = np.random.default_rng((seed, number))
     nominal = _nominal_vehicle(kind)
@@ -110,7 +101,4 @@ def _nominal_vehicle(kind: str) -> VehicleParameters:
     if kind == "train":
         return reference_vehicle()
     robot = replace(reference_single(), limits=Limits(speed=0.8, acceleration=0.5))
-    if kind == "tug":
-        return robot
-    large: TruckName = "a"
-    return robot.with_truck(large, Truck(0.520, 0.200, 0.200))
+    return robot if kind == "tug" else robot.with_truck("a", Truck(0.520, 0.200, 0.200))

@@ -37,10 +37,6 @@ def detect_change(history: History, nominal: NominalVariation) -> Change | None:
 
     The size has a normal prior with each of the scales in `SIZE_GRID`, in the mean of which it is integrated
     out.
-
-    Args:
-        history: The history, of D days and P quantities.
-        nominal: Nominal variation of robots of its type.
     """
     count, size = history.value.shape
     if count < MIN_DAYS:
@@ -89,9 +85,7 @@ def detect_change(history: History, nominal: NominalVariation) -> Change | None:
 def select_faulty(changes: Sequence[Change], level: float = FALSE_DISCOVERY_RATE) -> list[Change]:
     """Return the changes of the faulty robots, the most significant first, by the e-BH procedure.
 
-    Args:
-        changes: The most probable change of each robot.
-        level: Allowed expected fraction of healthy robots among those returned [0 to 1].
+    The level is the allowed expected fraction of healthy robots among those returned [0 to 1].
     """
     ordered = sorted(changes, key=lambda change: -change.log_e)
     passed = [

@@ -44,8 +44,7 @@ class Evidence:
     def robot_information(self, effect: Array | float = 0.0) -> tuple[Array, Array]:
         """Return the Fisher information `(3, 3)` on the robot's parameters, and the score `(3,)`.
 
-        Args:
-            effect: Effect of the floor's places on the residuals, `(3 S,)`; it is subtracted.
+        The effect of the floor's places on the residuals, `(3 S,)`, is subtracted.
         """
         weighed = self.precision @ self.jacobian
         return self.jacobian.T @ weighed, weighed.T @ (self.residual - effect)
@@ -53,8 +52,7 @@ class Evidence:
     def with_errors(self, errors: Sequence[Array]) -> Evidence:
         """Return the evidence with additional independent errors (Woodbury's identity).
 
-        Args:
-            errors: Arrays `(3 S, K)`; each column is the effect of one error of one standard deviation.
+        Each column of the arrays `(3 S, K)` is the effect of one error of one standard deviation.
         """
         if not errors:
             return self
@@ -91,9 +89,7 @@ def fraction_inside(distance: Array, reach: float) -> Array:
 class FleetEvidence:
     """The evidence of many recordings, with a table of all their crossings.
 
-    Attributes:
-        initial: Evidence of each recording.
-        recordings: The same with the errors added by `set_errors`.
+    `initial` is the evidence of each recording, `recordings` the same with the errors added by `set_errors`.
     """
 
     def __init__(self, recordings: Sequence[Evidence]) -> None:

@@ -33,9 +33,7 @@ MIN_ROUGHNESS, MAX_ROUGHNESS = 5e-5, 5e-3  # [m/sqrt(m)] of a steel plate, and o
 class Floor:
     """A floor.
 
-    Attributes:
-        places: Bad places, the most significant first.
-        roughness: Roughness outside these [m/sqrt(m)].
+    The most significant place is the first; the roughness is that outside of these [m/sqrt(m)].
     """
 
     places: tuple[BadPlace, ...]
@@ -61,9 +59,7 @@ def estimate_floor(features: Sequence[RecordingFeatures], known: Sequence[BadPla
     significant. Places and roughness are therefore estimated alternately until the roughness converges, from
     at most `MAX_SAMPLE` recordings; weak places are then found with all recordings.
 
-    Args:
-        features: Features of the recordings, at least one.
-        known: Places to begin with.
+    There is at least one recording; the search begins with the known places.
     """
     sample = features[:: -(-len(features) // MAX_SAMPLE)]
     places = tuple(known)
@@ -100,9 +96,8 @@ def estimate_roughness(segments: Sequence[Segments], effects: Sequence[Array] | 
 
     The median is robust against faulty robots.
 
-    Args:
-        segments: Segments of each recording, two or more; about `ROUGHNESS_SAMPLE` recordings are used.
-        effects: Effect of known places on the residuals of each recording, `(3 S,)`; none by default.
+    Each recording has two segments or more, and about `ROUGHNESS_SAMPLE` recordings are used; `effects` are
+    those of known places on the residuals of each recording, `(3 S,)`.
     """
     chosen = range(0, len(segments), max(1, len(segments) // ROUGHNESS_SAMPLE))
     return float(

@@ -28,9 +28,8 @@ MIN_WEAR_DAYS = 5  # [days] of a history that are needed to estimate wear
 # [1/day or rad/day] limit of wear, and its standard deviation while it is not known: tyres of 150 mm lose
 # less than 0.1 mm in a week. A faster change is a fault, even if many robots of a small fleet have it.
 MAX_WEAR = 1e-4
-MAX_DAILY_SCATTER = (
-    3.0  # [standard deviations of a day] limit of the scatter from day to day, for the same reason
-)
+# [standard deviations of a day] limit of the scatter from day to day, for the same reason.
+MAX_DAILY_SCATTER = 3.0
 # [standard deviations of a day] lower limit of the scatter of the start among robots: a few robots do not
 # determine it, and the start of a history must not be taken as a change.
 MIN_START_SCATTER = 10.0
@@ -40,13 +39,8 @@ MIN_START_SCATTER = 10.0
 class RobotInformation:
     """The information of one recording on its robot, without the effect of the floor's places.
 
-    Attributes:
-        robot: Name of the robot.
-        kind: Type of the robot.
-        day: Date, YYYY-MM-DD.
-        information: Fisher information on `PARAMETERS`, `(3, 3)`.
-        score: Information times the parameters' estimate, `(3,)`.
-        joints: Biases of the joints' encoders.
+    The information is Fisher's on `PARAMETERS`, `(3, 3)`, the score is information times their estimate,
+    `(3,)`; the day is YYYY-MM-DD.
     """
 
     robot: str

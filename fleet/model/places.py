@@ -36,17 +36,15 @@ MIN_RELATIVE_GAIN = 0.25  # gain relative to the strongest place, for a place to
 MAX_ROUNDS = 30  # limit of the rounds in which places are added
 WINDOW = 0.5 * MIN_SEPARATION  # [m] distance from a place within which its maximum is searched
 MIN_CROSSINGS = 20  # segments; with fewer a place may be elsewhere along these (assumption)
-MAX_POSITION_SIGMA = (
-    SEARCH_RADIUS  # [m] largest standard deviation of a position that is reported (assumption)
-)
+# [m] largest standard deviation of a position that is reported (assumption).
+MAX_POSITION_SIGMA = SEARCH_RADIUS
 
 
 def find_places(fleet: FleetEvidence, known: Sequence[BadPlace] = ()) -> tuple[BadPlace, ...]:
     """Return the bad places of a floor, the most significant first.
 
-    Args:
-        fleet: Evidence of the recordings; changed: the errors at the edges of the places are set in it.
-        known: Places to begin with, such as those of the day before; they are located and tested again.
+    The errors at the edges of the places are set in `fleet`. Known places, such as those of the day before,
+    are located and tested again.
     """
     grid = make_grid(fleet.recordings)
     places = _fit_with_edges(fleet, known)
@@ -185,11 +183,8 @@ def _relocate(
 def _locate(place: BadPlace, near: Sequence[Evidence], others: Sequence[Array], grid: Grid) -> BadPlace:
     """Return a place at the maximum of the likelihood within `WINDOW`, with the best of `RADII`.
 
-    Args:
-        place: Place at its approximate position.
-        near: Evidence of the recordings that come near, with their crossings there.
-        others: Effect of all other places on the residuals of each of these, `(3 S,)`.
-        grid: Cells of the floor.
+    `near` is the evidence of the recordings that come near, with their crossings there, and `others` the
+    effect of all other places on the residuals of each of these, `(3 S,)`.
     """
     maps = {radius: score_map(near, others, grid, radius).gains()[place.effect] for radius in RADII}
     window = grid.around(place.x, place.y, WINDOW)

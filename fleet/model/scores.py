@@ -32,9 +32,7 @@ MAX_RADIUS = 1.2  # [m] largest radius of a place (assumption)
 class Grid:
     """The cells of a floor.
 
-    Attributes:
-        first: Number of the first cell along x and along y.
-        shape: Number of cells along x and along y.
+    `first` is the number of the first cell along x and along y, `shape` the number of cells.
     """
 
     first: tuple[int, int]
@@ -105,11 +103,8 @@ def score_map(
 ) -> ScoreMap:
     """Return the scores of all candidates.
 
-    Args:
-        evidence: Evidence of the recordings.
-        effects: Effect of known places on the residuals of each recording, `(3 S,)`.
-        grid: Cells of the floor.
-        reach: Radius of the candidates' discs [m].
+    `effects` are those of known places on the residuals of each recording, `(3 S,)`; `reach` is the radius of
+    the candidates' discs [m].
     """
     offsets, parts = disc_cells(reach)
     score, information = np.zeros((*grid.shape, 3)), np.zeros((*grid.shape, 4))

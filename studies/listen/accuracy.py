@@ -24,8 +24,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from omnimate.driver.canopen.mapped_signals import mapped_signals
+from omnimate.files.logs.blocks import read_log
 from omnimate.files.logs.frames import Frames
-from omnimate.files.logs.reading import read_log
 from omnimate.files.logs.seen_mapping import seen_objects
 from omnimate.listen.learning import learn_bus
 from omnimate.vehicle.file import load_vehicle

@@ -15,7 +15,7 @@ from pathlib import Path
 import can
 import numpy as np
 
-from omnimate.files.logs.reading import read_log
+from omnimate.files.logs.blocks import read_log
 from studies.benchmark import best, options
 
 FRAMES = 1_000_000

@@ -28,7 +28,7 @@ from pathlib import Path
 import httpx2
 import numpy as np
 
-from omnimate.files.logs.reading import read_log
+from omnimate.files.logs.blocks import read_log
 from omnimate.vcan_sim.nodes.device import SYNC_ID
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import save_vehicle

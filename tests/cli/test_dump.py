@@ -13,8 +13,8 @@ import typer
 from typer.testing import CliRunner
 
 from omnimate.cli.dump import dump
+from omnimate.files.logs.blocks import read_log
 from omnimate.files.logs.formats import block_reader
-from omnimate.files.logs.reading import read_log
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import save_vehicle
 from tests.samples import CANOPEN_TRACES, CAR_LOG, OTHER_ROBOT, OTHER_ROBOT_ASC, cases

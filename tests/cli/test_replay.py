@@ -9,8 +9,8 @@ import pytest
 from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.errors import NoSync
 from omnimate.driver.robot.passive import PassiveReader
+from omnimate.files.logs.blocks import read_log
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
-from omnimate.files.logs.reading import read_log
 from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from omnimate.files.logs.reading import read_log
+from omnimate.files.logs.blocks import read_log
 from omnimate.files.recordings.folder import load_recording
 
 TOOLS = Path(sys.executable).parent

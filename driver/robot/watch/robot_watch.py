@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 from omnimate.driver.canopen.network import FrameSink
 from omnimate.driver.robot.passive import PassiveReader
 from omnimate.driver.robot.watch.snapshot import RobotView
-from omnimate.files.logs.pdo_units import encoder_conversion
+from omnimate.files.logs.decoding import encoder_conversion
 from omnimate.vehicle.odometry import Odometer
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.files.errors import MappingError, SourceError
 from omnimate.files.importers.clock import recording_of
 from omnimate.files.importers.csv_file.table import DELIMITERS, read_csv_table
-from omnimate.files.importers.errors import MappingError, SourceError
 from omnimate.files.importers.robots import robot_of
 from omnimate.files.importers.series import Series, check_times, merge_poses, poses_of
 from omnimate.files.importers.tables import Table, read_table
@@ -33,10 +33,7 @@ TIME_UNITS = (*SECONDS, "iso")
 def read_csv(path: Path | str, mapping: Path | str, vehicle: VehicleParameters | None = None) -> Recording:
     """Return the recording that a CSV file holds.
 
-    Args:
-        path: The CSV file.
-        mapping: TOML file that says which column holds which quantity.
-        vehicle: The robot; None takes that of the mapping.
+    The mapping is a TOML file; the robot is that of the mapping where none is given.
 
     Raises:
         MappingError: The mapping is wrong; the message names file and key.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.files.importers.errors import SourceError
+from omnimate.files.errors import SourceError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,12 +27,8 @@ _DETECTION_LINES = 20  # lines from which the delimiter is recognised
 class CsvTable:
     """The cells of a CSV file.
 
-    Attributes:
-        path: The file.
-        header: Names of the columns; empty where the file has none.
-        rows: Cells of each row; all rows have the same length.
-        lines: Number of the line of each row in the file, counted from 1.
-        delimiter: Character between cells.
+    The header is empty where the file has none; all rows have the same length; `lines` are the rows' lines in
+    the file, counted from 1.
     """
 
     path: Path
@@ -113,10 +109,8 @@ def read_csv_table(path: Path | str, delimiter: str = "", skip: int = 0) -> CsvT
     Lines that begin with # or % are comments. A comment directly above the first row is the header if it has
     as many cells.
 
-    Args:
-        path: The CSV file.
-        delimiter: A key of `DELIMITERS`; an empty one is recognised from the first lines.
-        skip: Number of lines above the header that do not belong to the table.
+    The delimiter is a key of `DELIMITERS`, or recognised from the first lines; `skip` lines above the header
+    do not belong to the table.
 
     Raises:
         SourceError: The file cannot be read, is empty, or a row is longer or shorter than the others.

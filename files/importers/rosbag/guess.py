@@ -27,12 +27,7 @@ _MEASURED = re.compile(r"truth|mocap|motion_?capture|vicon|optitrack|qualisys|gt
 
 
 def guess_plan(topics: Sequence[Topic], channels: Sequence[Channel] = _WHEELS) -> Plan:
-    """Return the plan that names and types suggest; ambiguous channels and poses are left out.
-
-    Args:
-        topics: Topics of the bag.
-        channels: Channels of the robot; by default those of a single differential drive.
-    """
+    """Return the plan that names and types suggest; ambiguous channels and poses are left out."""
     candidates = [
         ChannelSource(topic.name, part if topic.kind == JOINTS else "")
         for topic in topics

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from omnimate.files.errors import SourceError
 from omnimate.files.importers.clock import recording_of
-from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.rosbag.reader import messages_of
 from omnimate.files.importers.rosbag.values import JOINTS, channel_value, pose_value
 from omnimate.files.importers.series import Series, check_times, merge_poses, poses_of
@@ -39,12 +39,7 @@ class Imported(NamedTuple):
 class _Taken:
     """The values of one channel or truck in a bag.
 
-    Attributes:
-        name: File and topic, for messages.
-        topic: Topic of the messages.
-        bag: Times at which the bag received the messages [ns].
-        values: Values with their stamps.
-        kinds: Types of the messages.
+    `name` is file and topic, for messages; `bag` are the times at which the bag received the messages [ns].
     """
 
     def __init__(self, path: Path | str, topic: str) -> None:
@@ -69,11 +64,7 @@ def read_bag(
 ) -> Imported:
     """Return the recording that a bag holds.
 
-    Args:
-        path: A ROS 1 bag, a ROS 2 bag or an MCAP file.
-        plan: The plan that says which topic holds which quantity.
-        vehicle: The robot.
-        progress: Called with the number of messages read and their total, for progress.
+    The bag is of ROS 1, ROS 2 or MCAP; `progress` is called with the messages read and their total.
 
     Raises:
         SourceError: The bag cannot be read, or does not hold the topics of the plan.

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
-from omnimate.files.importers.errors import MappingError
+from omnimate.files.errors import MappingError
 from omnimate.files.importers.robots import robot_of
 from omnimate.files.importers.tables import Name, read_table
 from omnimate.files.importers.units import UNITS
@@ -40,10 +40,7 @@ class ChannelSource:
 class PoseSource:
     """The place of a truck's absolute poses in a bag.
 
-    Attributes:
-        topic: Topic of the messages.
-        frame: Child frame, which is needed for messages with several transforms.
-        offset: Time that is added to the stamps [s].
+    A child frame is needed for messages with several transforms; the offset is added to the stamps [s].
     """
 
     topic: str

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from omnimate.files.importers.errors import SourceError
+from omnimate.files.errors import SourceError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
@@ -25,11 +25,8 @@ _NAMED = ("sensor_msgs/msg/JointState", "tf2_msgs/msg/TFMessage", "tf/msg/tfMess
 class Message(NamedTuple):
     """One message.
 
-    Attributes:
-        topic: Topic of the message.
-        kind: Type without `msg/`, such as `sensor_msgs/JointState`.
-        time: Time at which the bag received the message [ns].
-        content: The message, with the fields of its type.
+    The type is without `msg/`, such as `sensor_msgs/JointState`; the time is that at which the bag received
+    it [ns].
     """
 
     topic: str
@@ -42,11 +39,7 @@ class Message(NamedTuple):
 class Topic:
     """One topic of a bag.
 
-    Attributes:
-        name: Name of the topic, such as /odom.
-        kind: Type without `msg/`.
-        count: Number of messages.
-        parts: Names of joints or of child frames, where the messages have them.
+    The type is without `msg/`; parts are names of joints or of child frames, where the messages have them.
     """
 
     name: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from omnimate.files.importers.errors import SourceError
+from omnimate.files.errors import SourceError
 
 if TYPE_CHECKING:
     from omnimate.files.importers.rosbag.plan import ChannelSource, PoseSource

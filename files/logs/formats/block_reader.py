@@ -23,12 +23,9 @@ _AUTO_HEADER = 32 + zlib.MAX_WBITS  # zlib's wbits: expect a gzip header
 class BlockReader:
     """The unpacked content of a file; of a damaged or incomplete gzip file the readable part.
 
-    Attributes:
-        path: Path of the file.
-        size: Number of bytes read at a time.
-        damaged: Whether a gzip file turned out to end early or to be corrupt.
-        position: Number of bytes of the file that were read, packed as they are.
-        passed: Number of bytes that were handed on, unpacked.
+    It is read `size` bytes at a time and is `damaged` where a gzip file turns out to end early or to be
+    corrupt; `position` bytes of the file were read, packed as they are, and `passed` were handed on,
+    unpacked.
     """
 
     path: Path

@@ -34,11 +34,8 @@ _FD_MARK = b"##"  # between identifier and data of a CAN FD frame
 class SkippedLine(NamedTuple):
     """A line that was left out.
 
-    Attributes:
-        line: Number of the line, from 1.
-        text: Beginning of the line.
-        reason: Why the line was left out; empty where nothing but the rest of the file is missing.
-        is_end: Whether the file ends here, in the middle.
+    The line is counted from 1, the text is its beginning; the reason is empty where nothing but the rest of
+    the file is missing, and `is_end` says that the file ends here, in the middle.
     """
 
     line: int
@@ -51,12 +48,9 @@ class SkippedLine(NamedTuple):
 class BlockParser:
     """Reads a log block by block; a block is whole lines, the last newline included.
 
-    Attributes:
-        channels: Names of the interfaces so far, with their numbers.
-        lines: Number of lines read so far.
-        stamp_width: Number of characters of the first time in the log; 0 before it.
-        is_relative: Whether it is a time as of `candump -td` or `-tz`, which are not absolute.
-        skipped: Lines that hold no frame.
+    `channels` are the interfaces so far with their numbers; `stamp_width` has the characters of the first
+    time in the log, 0 before it, which `is_relative` as of `candump -td` or `-tz`; `skipped` lines hold no
+    frame.
     """
 
     channels: dict[str, int] = field(default_factory=dict)
@@ -147,10 +141,7 @@ def parse_in_parallel(blocks: Iterable[bytes], parser: BlockParser, workers: int
 
     The first block shows the interfaces.
 
-    Args:
-        blocks: Blocks of whole lines, each with its last newline.
-        parser: Reads what is not regular, and notes what is skipped.
-        workers: Number of threads.
+    Blocks are whole lines, each with its last newline.
     """
     coming = iter(blocks)
     for block in itertools.islice(coming, 1):

@@ -50,7 +50,7 @@ class Table:
         """Fill in one line."""
         self.is_frame[row] = True
         self.time[row], self.can_id[row] = frame.time, frame.can_id
-        self.length[row] = len(frame.data) if frame.length is None else frame.length
+        self.length[row] = frame.size
         self.data[row, : len(frame.data)] = np.frombuffer(frame.data, np.uint8)
         self.flags[row], self.channel[row] = frame.flags, channel
 
@@ -71,10 +71,7 @@ class Table:
 class Scanned(NamedTuple):
     """A block of lines, of which the regular ones were read.
 
-    Attributes:
-        block: The block.
-        table: Its frames so far, one row per line.
-        starts: First byte of each line, `(N,)`.
+    The table has one row per line, and `starts` the first byte of each line, `(N,)`.
     """
 
     block: bytes
@@ -85,9 +82,7 @@ class Scanned(NamedTuple):
 def scan(block: bytes, channels: Sequence[str]) -> Scanned:
     """Read the regular lines of a block without holding Python's lock.
 
-    Args:
-        block: Whole lines, the last newline included.
-        channels: Names of the interfaces that are known, in the order of their numbers.
+    It is whole lines, the last newline included; interfaces that are known are in the order of their numbers.
     """
     names = np.zeros((max(1, len(channels)), _MAX_NAME_LENGTH), np.uint8)
     sizes = np.zeros(len(names), np.int64)

@@ -58,12 +58,9 @@ def format_frame(
 ) -> str:
     """Return a frame as candump prints it, without the newline.
 
-    Args:
-        frame: Frame; the form `ta` is of classical CAN only.
-        form: Form of the line: `log` or `ta`.
-        width: Width to which candump right-aligns the interface's name, where it shows several.
-        indent: Whether 11-bit identifiers are right-aligned, as `-ta` does after a 29-bit one.
-        stamp_width: Number of characters of the time, filled up with zeros.
+    The form `ta` is of classical CAN only. `width` is that to which candump right-aligns the interface's
+    name, where it shows several; `indent` right-aligns 11-bit identifiers, as `-ta` does after a 29-bit one;
+    the time has `stamp_width` characters, filled up with zeros.
     """
     if form == "log" and not (frame.flags or width or stamp_width != STAMP_WIDTH):
         # what nearly every frame is, and what is written thousands of times a second
@@ -73,7 +70,7 @@ def format_frame(
         return f"({frame.time:0{stamp_width}.6f}) {frame.channel.rjust(width)} {content}"
     channel = frame.channel.rjust(width) + _TA_DIRECTIONS.get(frame.flags & _DIRECTION, "")
     identifier = f"{_identifier(frame):>8}" if indent else _identifier(frame)
-    content = f"{identifier}   [{_length(frame)}] {_long_payload(frame)}"
+    content = f"{identifier}   [{frame.size}] {_long_payload(frame)}"
     return f" ({frame.time:0{stamp_width}.6f})  {channel}  {content}"
 
 
@@ -82,11 +79,8 @@ def format_lines(
 ) -> Iterator[str]:
     """Yield each frame as candump prints it, without the newline, names and identifiers aligned.
 
-    Args:
-        frames: Frames in the order in which they are printed.
-        form: Form of the lines: `log` or `ta`.
-        stamp_width: Number of characters of a time, filled up with zeros.
-        indent: Whether a frame with 29 bits came before, behind which identifiers stand further right.
+    As `format_frame`; `indent`: a frame with 29 bits came before, behind which identifiers stand further
+    right.
     """
     width = max(len(name) for name in frames.channels)
     for frame in frames:
@@ -120,13 +114,9 @@ def _identifier(frame: Frame) -> str:
     return f"{frame.can_id:08X}" if frame.flags & EXTENDED else f"{frame.can_id:03X}"
 
 
-def _length(frame: Frame) -> int:
-    return len(frame.data) if frame.length is None else frame.length
-
-
 def _payload(frame: Frame) -> str:
     if frame.flags & REMOTE:
-        return f"R{_length(frame)}" if _length(frame) else "R"
+        return f"R{frame.size}" if frame.size else "R"
     if frame.flags & FD:
         return f"#{fd_bits(frame.flags):X}{frame.data.hex().upper()}"
     return frame.data.hex().upper()

@@ -44,11 +44,7 @@ def candump_text(
 ) -> Iterator[bytes]:
     """Yield the text of a log in pieces of many lines, each with its newline.
 
-    Args:
-        frames: Frames in the order in which they are printed.
-        form: Form of the lines: `log` or `ta`.
-        stamp_width: Number of characters of a time, filled up with zeros.
-        indent: Whether a frame with 29 bits came before, behind which identifiers stand further right.
+    The arguments are those of `format_lines`.
     """
     width = max(len(name) for name in frames.channels)
     extended = np.flatnonzero(frames.flags & EXTENDED)

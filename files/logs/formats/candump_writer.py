@@ -33,9 +33,8 @@ class CandumpWriter:
     def __init__(self, path: Path | str, *, sync_interval: float = SYNC_INTERVAL) -> None:
         """Start a new file, replacing an older one.
 
-        Args:
-            path: Path of the file; `.gz` is compressed.
-            sync_interval: Wall-clock time between two requests to the disk [s].
+        A name with `.gz` is compressed; `sync_interval` is the wall-clock time between two requests to the
+        disk [s].
 
         Raises:
             OSError: The file cannot be opened.

@@ -22,8 +22,18 @@ from omnimate.files.logs.formats.candump_lines import (
     fd_bits,
     fd_flags,
 )
-from omnimate.files.logs.formats.stamps import NANOSECOND, nanoseconds
-from omnimate.files.logs.frames import DEFAULT_CHANNEL, ERROR, EXTENDED, FD, RECEIVED, REMOTE, SENT, Frame
+from omnimate.files.logs.frames import (
+    DEFAULT_CHANNEL,
+    ERROR,
+    EXTENDED,
+    FD,
+    NANOSECOND,
+    RECEIVED,
+    REMOTE,
+    SENT,
+    Frame,
+    nanoseconds,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -64,9 +74,8 @@ def packet_of(frame: Frame) -> bytes:
     bits |= EXTENDED_BIT if frame.flags & EXTENDED else 0
     bits |= REMOTE_BIT if frame.flags & REMOTE else 0
     bits |= ERROR_BIT if frame.flags & ERROR else 0
-    length = len(frame.data) if frame.length is None else frame.length
     fd = fd_bits(frame.flags) | CANFD_FDF if frame.flags & FD else 0
-    return _PACKET.pack(bits, length, fd) + frame.data
+    return _PACKET.pack(bits, frame.size, fd) + frame.data
 
 
 def frame_of_packet(
@@ -94,9 +103,7 @@ def frame_of_packet(
 def read_capture(file: BinaryIO, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
     """Yield the frames of a PCAP or PCAPNG file, and the packets that hold none, by their numbers.
 
-    Args:
-        file: The content of the file.
-        fd: Whether CAN FD frames are taken too.
+    Without `fd`, CAN FD frames are left out.
     """
     number = 0
     try:
@@ -240,12 +247,23 @@ def _other_link_type(link_type: int) -> str:
     return f"packets of link type {link_type}; expected {LINK_TYPE} (CAN_SOCKETCAN), as of interface can0"
 
 
-class PcapWriter:
+class _Writer:
+    """A file that is being written."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+class PcapWriter(_Writer):
     """Writes frames as PCAP with nanoseconds."""
 
     def __init__(self, file: BinaryIO) -> None:
         """Begin a file."""
-        self._file = file
+        super().__init__(file)
         file.write(struct.pack("<IHHiIII", 0xA1B23C4D, 2, 4, 0, 0, _SNAP_LENGTH, LINK_TYPE))
 
     def write_frame(self, frame: Frame) -> None:
@@ -254,17 +272,13 @@ class PcapWriter:
         packet = packet_of(frame)
         self._file.write(struct.pack("<IIII", whole, rest, len(packet), len(packet)) + packet)
 
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
 
-
-class PcapngWriter:
+class PcapngWriter(_Writer):
     """Writes frames as PCAPNG with nanoseconds, interfaces and directions."""
 
     def __init__(self, file: BinaryIO) -> None:
         """Begin a file."""
-        self._file = file
+        super().__init__(file)
         self._interfaces: dict[str, int] = {}
         self._block(_SECTION, struct.pack("<IHHq", _ORDER_MAGIC, 1, 0, -1))
 
@@ -289,10 +303,6 @@ class PcapngWriter:
             flags = _OUTBOUND if direction & SENT else _INBOUND
             body += _option(_EPB_FLAGS, struct.pack("<I", flags)) + bytes(4)
         self._block(_ENHANCED, body)
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
 
     def _block(self, kind: int, body: bytes) -> None:
         size = struct.pack("<I", len(body) + 12)

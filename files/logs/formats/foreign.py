@@ -38,10 +38,7 @@ def read_entries(
 ) -> Iterator[Frame | SkippedLine]:
     """Yield the frames of a log in their order, and what was left out of it.
 
-    Args:
-        content: The content of the file.
-        form: Format of the file.
-        fd: Whether CAN FD frames are taken too, else they are left out.
+    Without `fd`, CAN FD frames are left out.
 
     Raises:
         LogError: What the format needs is not installed.

@@ -58,9 +58,7 @@ def format_of(head: bytes) -> Format | None:
 def frame_of_message(message: can.Message, *, fd: bool = False) -> Frame | str:
     """Return a python-can message as a frame, or the reason why it is none.
 
-    Args:
-        message: The message.
-        fd: Whether CAN FD frames are taken too.
+    Without `fd`, a CAN FD frame is none.
     """
     if message.is_fd and not fd:
         return ONLY_CLASSICAL
@@ -112,9 +110,7 @@ def message_of_frame(frame: Frame) -> can.Message:
 def read_blf(content: BlockReader, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
     """Yield the frames of a Vector BLF file, and what was left out.
 
-    Args:
-        content: The content of the file.
-        fd: Whether CAN FD frames are taken too.
+    Without `fd`, CAN FD frames are left out.
     """
     import can  # noqa: PLC0415 -- only who reads such a file needs python-can
 
@@ -153,10 +149,7 @@ def read_lines(lines: Iterable[str], form: LineFormat, *, fd: bool = True) -> It
 
     Times of a `.trc` count from its start time, read as UTC; those of an `.asc` from the start of the log.
 
-    Args:
-        lines: Lines of the file with their ends.
-        form: Format of the file.
-        fd: Whether CAN FD frames are taken too.
+    Without `fd`, CAN FD frames are left out.
     """
     numbered: Iterator[tuple[int, str]] = enumerate(lines, start=1)
     head, first = "", None

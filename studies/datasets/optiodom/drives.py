@@ -19,8 +19,8 @@ import numpy as np
 from omnimate.calib.estimation.chains import Coordinate, NoiseSource
 from omnimate.calib.paths.drives import Drive
 from omnimate.calib.paths.kinematics import ROUGHNESS, Differential, Kinematics, Steps
+from omnimate.files.errors import SourceError
 from omnimate.files.importers.clock import recording_of
-from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.robots import single_truck
 from omnimate.files.importers.series import Series, poses_of
 from omnimate.vehicle.arcs import arc, arc_derivative

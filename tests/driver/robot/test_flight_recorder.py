@@ -14,7 +14,7 @@ from omnimate.driver.errors import BusLost, DrivesStopped
 from omnimate.driver.robot import flight_recorder
 from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.recorder import Recorder
-from omnimate.files.logs.reading import read_log
+from omnimate.files.logs.blocks import read_log
 from omnimate.files.recordings.events_jsonl import EVENTS, read_events
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vcan_sim.coupled_bus import CoupledBus

@@ -10,13 +10,12 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from omnimate.files.exporters.errors import ExportError
+from omnimate.files.errors import ExportError
 from omnimate.files.exporters.export import export_drive, export_frames
 from omnimate.files.exporters.messages import speeds
 from omnimate.files.importers.rosbag.importer import read_bag
 from omnimate.files.importers.rosbag.plan import plan_of_options
-from omnimate.files.logs.formats.stamps import nanoseconds
-from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, nanoseconds
 from omnimate.files.logs.streaming import LogStream
 from omnimate.vehicle.arcs import arc, integrate
 from tests.files.exporters.conftest import silent, written_log

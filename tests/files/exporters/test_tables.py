@@ -6,7 +6,7 @@ import pytest
 from evo.tools import file_interface
 from hypothesis import given
 
-from omnimate.files.exporters.errors import ExportError
+from omnimate.files.errors import ExportError
 from omnimate.files.exporters.export import export_drive, export_frames
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
 from omnimate.files.logs.streaming import LogStream

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from omnimate.files.errors import SourceError
 from omnimate.files.importers.clock import recording_of
-from omnimate.files.importers.errors import SourceError
 from omnimate.files.importers.robots import single_truck
 from omnimate.files.importers.series import Series, poses_of
 from omnimate.files.logs.assemble import assemble

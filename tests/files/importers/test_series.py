@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from omnimate.files.importers.errors import SourceError
+from omnimate.files.errors import SourceError
 from omnimate.files.importers.series import Series
 from omnimate.files.importers.units import counts_of
 from omnimate.vehicle.file import parse_vehicle

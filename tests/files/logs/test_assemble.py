@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.files.logs.assemble import assemble
+from omnimate.files.logs.blocks import read_log
 from omnimate.files.logs.frame_classes import count_classes
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, Frame, frames_of
-from omnimate.files.logs.reading import read_log
 from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.file import load_vehicle
 from omnimate.vehicle.parameters import Bus, Drive, Encoder, Truck, VehicleParameters

@@ -5,7 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.files.logs.frames import EXTENDED, REMOTE, Frame, Frames, concatenate, frames_of
+from omnimate.files.logs.frames import (
+    EXTENDED,
+    NANOSECOND,
+    REMOTE,
+    Frame,
+    Frames,
+    concatenate,
+    frames_of,
+    nanoseconds,
+)
 
 classical = st.builds(
     Frame,
@@ -49,3 +58,13 @@ def test_arrays_are_frozen_and_of_one_length():
         frames.time[0] = 2.0
     with pytest.raises(ValueError, match="do not belong"):
         Frames(np.zeros(2), frames.can_id, frames.length, frames.data, frames.flags, frames.channel)
+
+
+@given(st.floats(1e8, 4.2e9))
+def test_nanoseconds_of_these_years_are_the_same_time_again(time):
+    assert nanoseconds(time) / NANOSECOND == time
+
+
+@given(st.integers(0, 4 * 10**15))
+def test_what_a_log_with_microseconds_says_ends_in_three_zeros(micros):
+    assert nanoseconds(float(f"{micros // 10**6}.{micros % 10**6:06d}")) == 1000 * micros

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from omnimate.files.logs.blocks import read_log
 from omnimate.files.logs.formats.block_reader import BlockReader
 from omnimate.files.logs.formats.candump_blocks import BlockParser
 from omnimate.files.logs.formats.candump_lines import format_lines, parse_line
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, SENT, Frame, concatenate, frames_of
-from omnimate.files.logs.reading import read_log
 from omnimate.vehicle.errors import LogError
 from tests.samples import CANOPEN_TRACES, CAR_LOG, OTHER_ROBOT, OTHER_ROBOT_ASC, cases
 

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.files.logs.dbc_reading import EXTENDED_KEY, read_dbc
+from omnimate.files.logs.dbc import read_dbc
 from omnimate.files.logs.frames import Frame, frames_of
-from omnimate.files.logs.signals import Signal
+from omnimate.files.logs.signals import EXTENDED_KEY, Signal
 from omnimate.vehicle.errors import LogError
 
 HEAD = 'VERSION ""\n\nNS_ :\n\nBS_:\n\nBU_: host\n\n'

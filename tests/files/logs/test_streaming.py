@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.files.logs import streaming
+from omnimate.files.logs.blocks import read_log
 from omnimate.files.logs.formats.block_reader import BlockReader
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, SENT, Frame
-from omnimate.files.logs.reading import read_log
 from omnimate.files.logs.streaming import LogStream
 from omnimate.files.logs.writing import SUFFIXES, log_suffix, open_writer, written_whole
 from omnimate.vehicle.errors import LogError

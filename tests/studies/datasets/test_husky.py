@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omnimate.files.importers.errors import SourceError
+from omnimate.files.errors import SourceError
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import wrap
 from studies.datasets.husky import WINDOWS, each_recording

@@ -5,7 +5,7 @@ import shutil
 import numpy as np
 import pytest
 
-from omnimate.files.importers.errors import SourceError
+from omnimate.files.errors import SourceError
 from omnimate.vehicle.arcs import arc, integrate
 from omnimate.vehicle.odometry import truck_travel
 from studies.datasets.labyrinth import INPUT, each_recording

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omnimate.files.errors import MappingError, SourceError
 from omnimate.files.importers.csv_file.importer import read_csv
-from omnimate.files.importers.errors import MappingError, SourceError
 from omnimate.vehicle.errors import VehicleFileError
 from omnimate.vehicle.file import save_vehicle
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.files.importers.errors import MappingError, SourceError
+from omnimate.files.errors import MappingError, SourceError
 from omnimate.files.importers.rosbag.importer import read_bag
 from omnimate.files.importers.rosbag.plan import plan_of_options, read_plan
 from omnimate.files.importers.rosbag.reader import messages_of, topics_of

@@ -7,9 +7,9 @@ import threading
 
 import pytest
 
+from omnimate.files.logs.blocks import read_log
 from omnimate.files.logs.formats.candump_writer import CandumpWriter
 from omnimate.files.logs.frames import REMOTE, Frame
-from omnimate.files.logs.reading import read_log
 
 FRAMES = [Frame(1700000000.0 + 0.001 * index, 0x180 + index % 8, bytes(index % 9)) for index in range(100)]
 

@@ -18,8 +18,18 @@ from omnimate.files.logs.formats.capture import (
     packet_of,
     read_capture,
 )
-from omnimate.files.logs.formats.stamps import nanoseconds
-from omnimate.files.logs.frames import BRS, ERROR, ESI, EXTENDED, FD, RECEIVED, REMOTE, SENT, Frame
+from omnimate.files.logs.frames import (
+    BRS,
+    ERROR,
+    ESI,
+    EXTENDED,
+    FD,
+    RECEIVED,
+    REMOTE,
+    SENT,
+    Frame,
+    nanoseconds,
+)
 from tests.files.logs.any_frames import any_frames, logs
 
 WRITERS = {"pcap": PcapWriter, "pcapng": PcapngWriter}

@@ -1,4 +1,4 @@
-"""Errors of the importers."""
+"""The errors of importers and exporters."""
 
 from __future__ import annotations
 
@@ -24,3 +24,7 @@ class SourceError(OmnimateError):
 
 class MappingError(SourceError):
     """A mapping that does not say which column or topic holds which quantity."""
+
+
+class ExportError(SourceError):
+    """Data that a format cannot hold, or a missing library of it; `source` is the file to be written."""
