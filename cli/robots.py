@@ -61,8 +61,7 @@ def truth_of(
         effects: File of the effects that act; None for none.
     """
     from omnimate.effects.file import load_effects
-    from omnimate.vcan_sim.bumps import parse_bump
-    from omnimate.vcan_sim.floor import Floor
+    from omnimate.vcan_sim.floor import Floor, parse_bump
     from omnimate.vcan_sim.truth import Truth, uncalibrated
 
     true = uncalibrated(vehicle) if true_vehicle is None else load_vehicle(true_vehicle)

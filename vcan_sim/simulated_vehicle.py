@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 import can
 
 from omnimate.vcan_sim.errors import SimulationError
-from omnimate.vcan_sim.fault_schedule import FaultSchedule
+from omnimate.vcan_sim.faults import FaultSchedule
 from omnimate.vcan_sim.nodes.build import build_devices
 from omnimate.vcan_sim.nodes.device import SYNC_ID
 from omnimate.vcan_sim.nodes.drive import DriveDevice

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.node_setup import wake
-from omnimate.driver.robot.configuration import with_ranges
-from omnimate.driver.robot.configure import configure_node
+from omnimate.driver.robot.configure import configure_node, with_ranges
 from omnimate.files.logs.canopen_words import (
     NMT_PRE_OPERATIONAL,
     NMT_RESET_COMMUNICATION,

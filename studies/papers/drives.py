@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from omnimate.motion.paths import out_and_back, rounded_rectangle
-from omnimate.vcan_sim.bumps import Bump, bumps_under
+from omnimate.vcan_sim.floor import Bump, bumps_under
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vehicle.parameters import WHEELS, Channel
 from omnimate.vehicle.recording import Direction, Recording

@@ -10,8 +10,7 @@ import numpy as np
 
 from omnimate.ipec.filter.prior import Prior
 from omnimate.vcan_sim.biases import linkage_biases
-from omnimate.vcan_sim.bumps import Bump
-from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.floor import Bump, Floor
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
+from omnimate.vcan_sim.errors import Abort, SdoAbort
 from omnimate.vcan_sim.nodes.device import Device, NmtState
 from omnimate.vcan_sim.nodes.power_state import PowerState, next_state, statusword
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.nodes.abort import SdoAbort
+from omnimate.vcan_sim.errors import SdoAbort
 from omnimate.vcan_sim.nodes.emergency import LENGTH_ERROR, RPDO_TIMEOUT, Emergency
 from omnimate.vcan_sim.nodes.pdo import DEVICE_EVENT, MAPPING, Rpdo, Tpdo, check_communication, check_mapping
 

@@ -8,13 +8,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
+from omnimate.vcan_sim.errors import Abort, SdoAbort
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from omnimate.vcan_sim.nodes.dictionary import Key
-    from omnimate.vcan_sim.nodes.objects import Objects
+    from omnimate.vcan_sim.nodes.objects import Key, Objects
 
 NOT_VALID = 0x8000_0000  # bit 31 of a COB-ID parameter
 _EXTENDED = 0x2000_0000  # bit 29: 29-bit identifier
