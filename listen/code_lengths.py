@@ -275,13 +275,10 @@ def _bin(magnitude: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _scale_mixture_code(counts: NDArray[np.int64]) -> float:
-    """Return the code length of magnitudes by a mixture of normal distributions around 0.
+    """Return the code length of magnitudes, counted by bin in `(_BINS,)`, by a mixture of normals around 0.
 
     Their standard deviations are powers of the square root of 2. The weights are fitted by expectation
     maximisation; each one in use costs half of log2 of the number of values (Rissanen 1978).
-
-    Args:
-        counts: Number of magnitudes in each bin, `(_BINS,)`.
     """
     used = np.flatnonzero(counts)
     masses, wide = _bin_probabilities()

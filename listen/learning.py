@@ -126,14 +126,9 @@ def _drive_nodes(network: Network, learned: Sequence[LearnedMessage]) -> set[int
 def _with_sign(signal: LearnedSignal, drives: set[int], rates: set[str]) -> LearnedSignal:
     """Return a signal with `signed` corrected if it is a number of 32 bits of unknown type.
 
-    Of a drive, a speed and a number that oscillates are signed, as all such objects of CiA 402 are. Any other
-    number, except a speed, may be a counter that passed 0 downwards, such as 6004h of CiA 406, which is
-    unsigned: its sign is not identified.
-
-    Args:
-        signal: The signal.
-        drives: Ids of the nodes that are CiA 402 drives.
-        rates: Labels of the signals that are speeds of a shaft.
+    Of a drive, a speed (`rates` has their labels) and a number that oscillates are signed, as all such
+    objects of CiA 402 are. Any other number, except a speed, may be a counter that passed 0 downwards, such
+    as 6004h of CiA 406, which is unsigned: its sign is not identified.
     """
     is_described = " " in signal.name or profile_reading(signal.name, signal.bits) is not None
     if signal.kind != "number" or signal.bits != 32 or is_described or signal.counter_range:

@@ -99,14 +99,10 @@ def _track(signal: LearnedSignal, clock: NDArray[np.float64]) -> Track:
 
 
 def find_shafts(tracks: Sequence[Track], drives: Collection[int]) -> list[Shaft]:
-    """Return the measured movements: each position with its copies and rates.
+    """Return the measured movements on one clock: each position with its copies and rates.
 
     Two positions in one message of a drive may be its demanded and its actual position. In a message of any
     other device they belong to two sensors, even if they move alike.
-
-    Args:
-        tracks: The signals, all on one clock.
-        drives: Ids of the nodes that are CiA 402 drives.
     """
     is_rate: dict[int, tuple[int, float, float]] = {}
     for number, track in enumerate(tracks):

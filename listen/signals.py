@@ -139,9 +139,7 @@ class LearnedSignal:
 def learn_signals(message: Message, known: Sequence[Signal]) -> tuple[LearnedSignal, ...]:
     """Return the signals of a message: those of `known` if given, else those of its most probable layout.
 
-    Args:
-        message: The message.
-        known: Its fields by the mapping in SDO traffic; the bytes behind the last one are left out.
+    The bytes behind the last field in `known`, the mapping in SDO traffic, are left out.
     """
     if known:
         return tuple(
@@ -249,14 +247,7 @@ def _column(message: Message, start: int, bits: int, *, is_big_endian: bool) -> 
 
 
 def _signal(message: Message, layout_field: Field, order: float, spare: int) -> LearnedSignal:
-    """Return the signal of a field.
-
-    Args:
-        message: The message.
-        layout_field: The field.
-        order: Probability of its byte order [0 to 1].
-        spare: Number of bits above the field that never change.
-    """
+    """Return the signal of a field, above which `spare` bits never change; `order` is a probability."""
     raw = _column(message, layout_field.start, layout_field.bits, is_big_endian=layout_field.is_big_endian)
     kinds = _kinds(layout_field.readings)
     kind = max(kinds, key=lambda name: kinds[name])

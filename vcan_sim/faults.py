@@ -196,9 +196,8 @@ FAULTS: tuple[type[DeviceFault], ...] = (
 def parse_fault(text: str) -> DeviceFault:
     """Return the fault that a text such as `emcy:node=3,at=12.5,duration=2,code=0x5000` describes.
 
-    Raises:
-        FaultError: The name or a key is not known, the node is missing, or a value cannot be read or is
-            out of its bounds.
+    Raises FaultError for an unknown name or key, without a node, or for a value that is unreadable or out of
+    bounds.
     """
     name, _, rest = text.partition(":")
     faults = {fault.name: fault for fault in FAULTS}

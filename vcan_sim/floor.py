@@ -63,11 +63,7 @@ class Bump:
             )
 
     def crossing(self, radius: float) -> Crossing:
-        """Return how a wheel of a radius [m] crosses the obstacle.
-
-        Raises:
-            SimulationError: The obstacle is too high for this wheel.
-        """
+        """Return how a wheel of a radius [m] crosses the obstacle; raises SimulationError if too high."""
         if self.height >= radius:
             raise SimulationError(
                 f"a bump of {self.height} m is too high; expected less than the radius {radius} m"
@@ -85,11 +81,7 @@ def bumps_under(
 
 
 def parse_bump(text: str) -> Bump:
-    """Return the bump that a text such as `wheel=a.right,after=3,height=0.01` describes.
-
-    Raises:
-        BumpError: A key is not known, or a value cannot be read or is out of its bounds.
-    """
+    """Return the bump that a text such as `wheel=a.right,after=3,height=0.01` describes; raises BumpError."""
     if not text:
         raise BumpError(text, f"expected key=value with {', '.join(_KINDS)}")
     values = read_values(text, _KINDS, partial(BumpError, text))

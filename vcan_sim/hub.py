@@ -193,11 +193,7 @@ class Hub:
         self._server: asyncio.Server | None = None
 
     async def start(self, host: str, port: int) -> int:
-        """Listen; return the port, which the system chooses if `port` is 0.
-
-        Raises:
-            HubError: The address cannot be listened on.
-        """
+        """Listen; return the port, which the system chooses if `port` is 0; raises HubError."""
         try:
             self._server = await asyncio.get_running_loop().create_server(lambda: HubClient(self), host, port)
         except (OSError, OverflowError) as error:

@@ -124,11 +124,7 @@ class SimulatedVehicle:
     # Running
 
     def start(self) -> None:
-        """Process the frames of the bus in a thread, until `stop`.
-
-        Raises:
-            SimulationError: The thread has been started already.
-        """
+        """Process the frames of the bus in a thread, until `stop`; raises SimulationError if it runs."""
         if self._thread is not None:
             raise SimulationError("the simulated vehicle has been started already; stop it first")
         self._stopping.clear()
@@ -166,11 +162,7 @@ class SimulatedVehicle:
         return frames
 
     def inject(self, fault: DeviceFault) -> None:
-        """Begin a fault now, for its duration; may be called from any thread.
-
-        Raises:
-            FaultError: The vehicle does not have this node.
-        """
+        """Begin a fault now, from any thread; raises FaultError if the vehicle has no such node."""
         self._schedule.check(fault)
         self._injected.append(fault)
 

@@ -74,16 +74,9 @@ def differences(
     concerns: Callable[[int], bool] = lambda _index: True,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Iterator[Difference]:
-    """Yield the objects of a device that are not as a DCF states.
+    """Yield the objects of a device that are not as a DCF states; raises SdoSilent.
 
-    Args:
-        sdo: Objects of the device.
-        dictionary: What the DCF describes, for this node id.
-        concerns: Returns whether an index is to be compared.
-        progress: Called with the number of objects that have been read, and with how many there are.
-
-    Raises:
-        SdoSilent: The node stops answering.
+    `progress` gets the number of objects that have been read, and how many there are.
     """
     stated = [variable for variable in stated_values(dictionary) if concerns(variable.index)]
     for number, variable in enumerate(stated, start=1):
@@ -96,21 +89,11 @@ def differences(
 def write_values(
     sdo: Sdo, dictionary: ObjectDictionary, wrong: Sequence[Difference]
 ) -> tuple[Difference, ...]:
-    """Write what a DCF states and a device has otherwise; the node must be pre-operational.
+    """Write what a DCF states and a device has otherwise; return the objects that still differ.
 
-    A PDO is switched off while its parameters are written, and its entries are written while their number is
-    0 (CiA 301). What is read-only in the DCF, and the signatures in 1010h and 1011h, are not written.
-
-    Args:
-        sdo: Objects of the device.
-        dictionary: What the DCF describes, for this node id.
-        wrong: Differences, as of `differences`.
-
-    Returns:
-        Objects that still differ, with the problem.
-
-    Raises:
-        SdoSilent: The node stops answering.
+    The node must be pre-operational. A PDO is switched off while its parameters are written, and its entries
+    are written while their number is 0 (CiA 301). What is read-only in the DCF, and the signatures in 1010h
+    and 1011h, are not written. Raises SdoSilent.
     """
     numbers = {(variable.index, variable.subindex): variable for variable in stated_values(dictionary)}
     places = [(difference.index, difference.subindex) for difference in wrong]
@@ -231,25 +214,12 @@ OURS = frozenset({0x1005, 0x1006, 0x1016, 0x1017, 0x1019, 0x6007, 0x6040, 0x6060
 
 
 def load_descriptions(vehicle: VehicleParameters) -> dict[int, Eds]:
-    """Return what the EDS and DCF files that a vehicle names describe, by node id.
-
-    Raises:
-        EdsError: A file cannot be read.
-    """
+    """Return what the EDS and DCF files that a vehicle names describe, by node id; raises EdsError."""
     return {node: load_eds(path, node) for node, path in vehicle.eds_files.items()}
 
 
 def description_remarks(sdo: Sdo, eds: Eds, encoders: Sequence[Encoder]) -> tuple[str, ...]:
-    """Return remarks for an operator: where a node differs from its description.
-
-    Args:
-        sdo: Objects of the node.
-        eds: What its EDS or DCF describes, for this node id.
-        encoders: Encoders of the node.
-
-    Raises:
-        SdoSilent: The node stops answering.
-    """
+    """Return remarks for an operator: where a node differs from its description; raises SdoSilent."""
     remarks = [_of_identity(sdo, eds)]
     objects = position_objects(encoders)
     remarks += [_of_position(encoder, objects[encoder.channel], eds) for encoder in encoders]

@@ -58,14 +58,9 @@ class Eds:
 
 
 def load_eds(path: Path | str, node: int) -> Eds:
-    """Return the object dictionary of an EDS or DCF file (CiA 306) for a node id.
+    """Return the object dictionary of an EDS or DCF file (CiA 306) for a node id, which replaces `$NODEID`.
 
-    Args:
-        path: Path of the file.
-        node: CANopen node id that replaces `$NODEID` in the file.
-
-    Raises:
-        EdsError: The file cannot be read even tolerantly.
+    Raises EdsError where the file cannot be read even tolerantly.
     """
     path = Path(path)
     try:

@@ -38,8 +38,7 @@ class ValueTextError(DriverError):
 def place_of(text: str, dictionary: ObjectDictionary) -> tuple[int, int]:
     """Return index and sub-index of `6004`, `6004h`, `0x1018:4`, `1018h:04`, or of an object's name.
 
-    Raises:
-        ValueTextError: It is neither, or no object has this name.
+    Raises ValueTextError where it is neither, or no object has this name.
     """
     if match := _PLACE.fullmatch(text.strip()):
         return int(match[1], 16), int(match[2] or "0", 16)
@@ -81,8 +80,7 @@ def decode(data: bytes, kind: str | None) -> int | float | str:
 def encode(text: str, kind: str) -> bytes:
     """Return the bytes of a value that is written as `kind`; integers may be `0x1F` or `1Fh`.
 
-    Raises:
-        ValueTextError: The text is no such value, or does not fit.
+    Raises ValueTextError where the text is no such value, or does not fit.
     """
     try:
         if kind in FLOATS:

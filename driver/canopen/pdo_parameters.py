@@ -84,8 +84,7 @@ class PdoSetting:
 def read_pdo(sdo: Sdo, base: int) -> PdoSetting | None:
     """Return a PDO of the device, or None where it has none with these communication parameters.
 
-    Raises:
-        SdoSilent: The node stops answering.
+    Raises SdoSilent.
     """
     raw = sdo.find(base, 1)
     if raw is None:
@@ -97,11 +96,7 @@ def read_pdo(sdo: Sdo, base: int) -> PdoSetting | None:
 
 
 def read_pdos(sdo: Sdo, base: int) -> tuple[PdoSetting, ...]:
-    """Return the PDOs that the device has among the first four; `base` is TPDO or RPDO.
-
-    Raises:
-        SdoSilent: The node stops answering.
-    """
+    """Return the PDOs that the device has among the first four; `base` is TPDO or RPDO; raises SdoSilent."""
     settings = (read_pdo(sdo, base + number) for number in PDO_NUMBERS)
     return tuple(setting for setting in settings if setting is not None)
 
@@ -117,20 +112,11 @@ def write_pdo(
 
     The order is that of CiA 301: bit 31 set, transmission type, inhibit time and event timer, count 0,
     entries, count, bit 31 cleared. Bit 30 stays as the device had it. Nothing is written that holds already.
+    Of `choices` the first that the device takes is used; each of `slots` is a sequence of alternatives, the
+    best first, and None leaves the mapping as it is.
 
-    Args:
-        sdo: Objects of the node.
-        old: PDO as it is.
-        cob_id: New COB-ID.
-        choices: Transmissions, the best first; the first that the device takes is used.
-        slots: Entries to map in order; each is a sequence of alternatives, the best first. None where the
-            mapping stays.
-
-    Raises:
-        MappingImpossible: The device cannot map what is needed, or does not take the COB-ID.
-        NotTaken: The node confirmed a value and kept another one.
-        SdoRefused: The node refuses every transmission.
-        SdoSilent: The node stops answering.
+    Raises MappingImpossible where the device cannot map what is needed or does not take the COB-ID,
+    SdoRefused where it refuses every transmission, NotTaken or SdoSilent.
     """
     is_off = _switch_off_where_possible(sdo, old, cob_id)
     _set_transmission(sdo, old, choices)
@@ -150,12 +136,7 @@ def write_pdo(
 
 
 def switch_off(sdo: Sdo, setting: PdoSetting) -> None:
-    """Set bit 31 of a PDO's COB-ID.
-
-    Raises:
-        SdoRefused: The node aborts the transfer.
-        SdoSilent: The node stops answering.
-    """
+    """Set bit 31 of a PDO's COB-ID; raises SdoRefused or SdoSilent."""
     sdo.write(setting.base, 1, setting.raw | INVALID)
 
 

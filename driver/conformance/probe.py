@@ -64,12 +64,6 @@ class AbortedError(DriverError):
 class Probe:
     """One node of a bus, seen by raw frames.
 
-    Args:
-        bus: Bus to send to and to receive from.
-        node: CANopen node id.
-        timeout: Time in which an answer must come [s].
-        clock: Monotonic time [s]; that of the host where it is None.
-
     Attributes:
         node: CANopen node id.
         timeout: Time in which an answer must come [s].
@@ -82,11 +76,7 @@ class Probe:
         self._bus, self._clock = bus, clock or time.monotonic
 
     def send(self, can_id: int, data: bytes = b"", *, remote: bool = False) -> None:
-        """Send a frame; a remote one asks for one byte.
-
-        Raises:
-            BusLost: The interface failed.
-        """
+        """Send a frame; a remote one asks for one byte; raises BusLost."""
         frame = can.Message(
             arbitration_id=can_id, data=None if remote else data, dlc=1 if remote else None,
             is_remote_frame=remote, is_extended_id=False,
@@ -99,8 +89,7 @@ class Probe:
     def listen(self, seconds: float, until: Callable[[Reply], bool] = lambda _reply: False) -> list[Reply]:
         """Return the frames of the next seconds, or up to the first frame for which `until` holds.
 
-        Raises:
-            BusLost: The interface failed.
+        Raises BusLost.
         """
         end, replies = self._clock() + seconds, list[Reply]()
         while True:
@@ -147,11 +136,9 @@ class Probe:
         return self.await_sdo()
 
     def dialogue(self, index: int, subindex: int, command: int, data: bytes = b"") -> bytes:
-        """Send an SDO request about an object and return the answer.
+        """Send an SDO request about an object and return the answer; raises AbortedError.
 
-        Raises:
-            AbortedError: The device aborts.
-            ConformanceError: It does not answer, or with another length, or about another object.
+        Raises ConformanceError without an answer, or for one of another length or about another object.
         """
         head = index.to_bytes(2, "little") + bytes([subindex])
         answer = self.ask((bytes([command]) + head + data).ljust(8, b"\0"))
@@ -182,12 +169,7 @@ class Probe:
                 return data
 
     def segment(self, request: bytes) -> bytes:
-        """Send a request that names no object and return the answer.
-
-        Raises:
-            AbortedError: The device aborts.
-            ConformanceError: It does not answer.
-        """
+        """Send a request that names no object and return the answer; errors as of `dialogue`."""
         answer = self.ask(request)
         if answer is None or len(answer) != 8:
             raise ConformanceError(f"no answer of 8 bytes to SDO request {request.hex()}")
@@ -209,12 +191,7 @@ class Probe:
             return None
 
     def need(self, index: int, subindex: int = 0) -> int:
-        """Return an object as a number.
-
-        Raises:
-            AbsentError: The device does not have it.
-            ConformanceError: It does not answer.
-        """
+        """Return an object as a number; raises AbsentError, or ConformanceError without an answer."""
         value = self.find(index, subindex)
         if value is None:
             raise AbsentError(f"no {index:04X}h:{subindex:02X}")
@@ -257,11 +234,7 @@ class Probe:
         return self.await_frame(HEARTBEAT + self.node)
 
     def reset(self, command: int) -> None:
-        """Reset the node and wait for its boot-up.
-
-        Raises:
-            ConformanceError: There is none in time.
-        """
+        """Reset the node and wait for its boot-up; raises ConformanceError where there is none in time."""
         self.listen(0.0)
         self.send(NMT_ID, bytes([command, self.node]))
         boot = self.await_frame(HEARTBEAT + self.node, BOOT_TIMEOUT)

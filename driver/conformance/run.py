@@ -138,15 +138,9 @@ CHECKS: tuple[Check, ...] = tuple(
 
 
 def conform(probe: Probe, most: Effect = "resets") -> Iterator[Result]:
-    """Run the checks against a node, which is pre-operational at the end.
+    """Run the checks against a node that do no more to it than `most`; it is pre-operational at the end.
 
-    Args:
-        probe: The node.
-        most: What may be done to the device: checks that do more are left out.
-
-    Raises:
-        BusLost: The interface failed.
-        ConformanceError: The node does not answer SDO at all.
+    Raises BusLost, or ConformanceError where the node does not answer SDO at all.
     """
     allowed = EFFECTS[: EFFECTS.index(most) + 1]
     probe.read(0x1000)

@@ -61,11 +61,6 @@ class _Pdo:
 class Assembler:
     """The state between two SYNCs: which PDOs have answered, and the position of each counter.
 
-    Args:
-        vehicle: Vehicle whose PDOs are assembled.
-        events: Log for nodes that fall silent and answer again; a new one where it is None.
-        counts: Frame counters by node id, to be shared with others; new ones where it is None.
-
     Attributes:
         vehicle: Vehicle whose PDOs are assembled.
         events: Log for nodes that fall silent and answer again.
@@ -146,12 +141,7 @@ class Assembler:
         pdo["length"], pdo["is_mapped"], pdo["is_exact"], pdo["is_timed"] = length, True, False, is_timed
 
     def begin(self, index: int, time: float) -> None:
-        """Open a sample; SYNCs that were left out since the last one count as missed.
-
-        Args:
-            index: Number of the sample.
-            time: Time of its SYNC on the recording's clock [s].
-        """
+        """Open sample `index` with SYNC at `time` [s]; SYNCs left out since the last one count as missed."""
         open_sample(*self._state, time)
         self._index = index
         if self.started is None:

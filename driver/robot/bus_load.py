@@ -58,11 +58,7 @@ class BusLoad:
 
 
 def forecast_load(vehicle: VehicleParameters) -> BusLoad:
-    """Return the load of SYNC, TPDOs, RPDOs sent with every SYNC, heartbeats, and status words by SDO.
-
-    Args:
-        vehicle: Vehicle whose encoders and drives are on the bus.
-    """
+    """Return the load of SYNC, TPDOs, RPDOs sent with every SYNC, heartbeats, and status words by SDO."""
     drives = {drive.node for drive in vehicle.drives}
     others = len(set(vehicle.nodes) - drives) + 1  # and the driver
     rate = 1.0 / vehicle.bus.sync_period
@@ -79,11 +75,7 @@ def forecast_load(vehicle: VehicleParameters) -> BusLoad:
 
 
 def check_load(load: BusLoad) -> None:
-    """Raise where a forecast is above `REFUSE`.
-
-    Raises:
-        BusOverload: The worst case is above 80 %.
-    """
+    """Raise BusOverload where the worst case of a forecast is above `REFUSE`."""
     if load.worst > REFUSE:
         raise BusOverload(load.worst, REFUSE, load.bitrate)
 

@@ -48,20 +48,8 @@ def configure_node(
 ) -> NodeConfiguration:
     """Configure the encoders of one node; it is left pre-operational where something had to be changed.
 
-    Only what differs is written. Where the configuration fails, all former values are written back.
-
-    Args:
-        sdo: Objects of the node.
-        vehicle: Vehicle whose encoders the node holds.
-        nmt: Sends an NMT command to a node: command specifier, node id.
-
-    Raises:
-        NodeMissing: The node does not answer.
-        WrongDevice: The node is another device than `vehicle.toml` states.
-        MappingImpossible: The PDOs of the node cannot carry the fields of `vehicle.toml`.
-        NotTaken: The node confirmed a value and kept another one.
-        SdoRefused: The node aborts a transfer.
-        SdoSilent: The node stops answering.
+    Only what differs is written. Where the configuration fails, all former values are written back. Raises
+    NodeMissing, TwoDevices, WrongDevice, MappingImpossible, NotTaken, SdoRefused or SdoSilent.
     """
     encoders = [encoder for encoder in vehicle.encoders if encoder.node == sdo.node]
     configuration = NodeConfiguration(sdo.node, tuple(encoder.channel for encoder in encoders))
@@ -174,15 +162,9 @@ def choose_pdos(
 ) -> dict[int, PdoSetting]:
     """Return which TPDO shall carry each COB-ID.
 
-    It is the one that has the COB-ID already, else a free one that is mapped already, else the first free.
-
-    Args:
-        node: CANopen node id.
-        fits: The TPDOs that are mapped as is needed already, by the COB-IDs that `vehicle.toml` states.
-        settings: TPDOs of the device, by the index of their communication parameters.
-
-    Raises:
-        MappingImpossible: The device has fewer TPDOs than are needed.
+    It is the one that has the COB-ID already, else a free one that is mapped already, else the first free;
+    `fits` gives those that are mapped already by COB-ID. Raises MappingImpossible where the device has too
+    few.
     """
     chosen = {setting.cob_id: setting for setting in settings.values() if setting.cob_id in fits}
     taken = {setting.base for setting in chosen.values()}
@@ -263,11 +245,8 @@ def with_target_bits(vehicle: VehicleParameters, bits: Mapping[int, int]) -> Veh
 def choose_range(encoder: Encoder, reported: int | None) -> tuple[int, str]:
     """Return the range by which a channel is unwrapped [counts], and the reason in words.
 
-    6002h means N for some vendors, N - 1 for others, and 0 means 2**32 for one.
-
-    Args:
-        encoder: Encoder as `vehicle.toml` describes it.
-        reported: Value of 6002h in the device; None where the device has no such object.
+    6002h, None where the device has none, means N for some vendors, N - 1 for others, and 0 means 2**32 for
+    one.
     """
     stated, full = encoder.wrap_range, 2**encoder.bits
     name = encoder.channel

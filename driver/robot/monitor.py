@@ -25,10 +25,6 @@ FOREIGN_SYNCS = 3  # SYNCs of another device from which on they are a problem: f
 class Monitor:
     """Handles all received frames, with the driver or another device as SYNC producer.
 
-    Args:
-        vehicle: Vehicle whose nodes are on the bus.
-        clock: The recording's clock.
-
     Attributes:
         events: Log of events of nodes and bus.
         counts: Frame counters of encoders and drives by node id.
@@ -111,11 +107,7 @@ class Monitor:
         self.status_words.pause(now)
 
     def check(self, now: float) -> None:
-        """Check heartbeats and status words at `now` [s], as often as possible.
-
-        Raises:
-            BusLost: The interface failed while a status word was asked for.
-        """
+        """Check heartbeats and status words at `now` [s], as often as possible; raises BusLost."""
         self.supervision.check(now)
         self.status_words.check(now)
 

@@ -53,9 +53,6 @@ class StallDetector:
     A wheel has stalled when its count has not changed for `STALL_TIME`, and its command, all that time in the
     same direction, would have moved it by `MIN_TRAVEL` or `MIN_COUNTS`. A sample without its count restarts
     the timer; without a command so does one without the other count, whose travel comes at once after it.
-
-    Args:
-        vehicle: Vehicle whose wheels are compared.
     """
 
     def __init__(self, vehicle: VehicleParameters) -> None:
@@ -71,9 +68,7 @@ class StallDetector:
     def check(self, sample: Sample, speeds: Sequence[float] | None) -> list[Channel]:
         """Return the wheels that have stalled by this sample; each at most once in `STALL_TIME`.
 
-        Args:
-            sample: Sample that has just been closed.
-            speeds: Commanded speeds [rad/s] in the order of `vehicle.wheels`; None without commands.
+        `speeds` are commanded [rad/s] in the order of `vehicle.wheels`; None without commands.
         """
         last, self._last = self._last, sample
         if last is None:

@@ -54,10 +54,6 @@ class NodeState:
 class Supervision:
     """Tracks the state of every node of the vehicle; the driver reacts to `troubles`.
 
-    Args:
-        nodes: Node ids of the vehicle.
-        events: Log for restarts, losses and emergencies.
-
     Attributes:
         nodes: State of each node by node id.
         troubles: Emergencies, lost heartbeats and restarts, until the driver has reacted.

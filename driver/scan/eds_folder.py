@@ -96,12 +96,7 @@ class FittingFile:
 def described_devices(
     folder: Path, on_error: Callable[[EdsError], None] = lambda _error: None
 ) -> tuple[DescribedDevice, ...]:
-    """Return the devices that the EDS and DCF files in a folder and below it describe.
-
-    Args:
-        folder: The folder.
-        on_error: Called with the error of each file that cannot be read, which is skipped.
-    """
+    """Return the devices that the EDS and DCF files below a folder describe; unreadable ones are skipped."""
     devices = []
     for path in sorted(folder.rglob("*")):
         if path.suffix.lower() in SUFFIXES:

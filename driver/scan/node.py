@@ -119,10 +119,8 @@ class NodeReading:
 def read_node(sdo: Sdo) -> NodeReading:
     """Return the objects of a node; nothing is written.
 
-    Objects that were read before it fell silent, or before another master addressed it, are returned.
-
-    Raises:
-        BusLost: The interface failed.
+    Objects that were read before it fell silent, or before another master addressed it, are returned. Raises
+    BusLost.
     """
     sdo.reset_duplicate_answers()
     fields: dict[str, Any] = {"node": sdo.node}

@@ -36,8 +36,7 @@ def build_devices(
 ) -> tuple[Device, ...]:
     """Return one device per node id, in the order of the ids.
 
-    Raises:
-        SimulationError: The encoders and drives of one node cannot be on one device.
+    Raises SimulationError where the encoders and drives of one node cannot be on one device.
     """
     return tuple(_device(vehicle, latch, send, node) for node in vehicle.nodes)
 

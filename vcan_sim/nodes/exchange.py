@@ -33,14 +33,7 @@ class PdoExchange:
         emergency: Emergency,
         on_timeout: Callable[[], None],
     ) -> None:
-        """Find the PDOs that the object dictionary declares.
-
-        Args:
-            objects: Objects of the device, with the PDO parameters.
-            transmitter: Sending side of the device.
-            emergency: Errors of the device, for RPDOs of a wrong length and for missed deadlines.
-            on_timeout: Called when an RPDO misses its deadline.
-        """
+        """Find the PDOs that the object dictionary declares; `on_timeout` is called at a missed deadline."""
         self._objects = objects
         self._transmitter, self._emergency, self._on_timeout = transmitter, emergency, on_timeout
         self.tpdos = tuple(Tpdo(index) for index in range(0x1800, 0x1A00) if (index, 1) in self._objects)

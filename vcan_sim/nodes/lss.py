@@ -37,11 +37,7 @@ class Service(IntEnum):
 class LssSlave:
     """The state of an LSS slave and its answers to the LSS master.
 
-    Args:
-        node: Node id that is stored in the device.
-        identity: Returns vendor, product, revision and serial number (1018h).
-        send: Sends 8 bytes to the master.
-        on_configured: Called when a device without node id leaves the configuration state with one.
+    `on_configured` is called when a device without node id leaves the configuration state with one.
 
     Attributes:
         active: Node id that the device uses.

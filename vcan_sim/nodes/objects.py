@@ -152,28 +152,16 @@ class Objects:
         return variable
 
     def read(self, index: int, sub: int) -> bytes:
-        """Return an object's bytes, as SDO uploads them.
-
-        Raises:
-            SdoAbort: There is no such object, or it has no value now.
-        """
+        """Return an object's bytes, as SDO uploads them; raises SdoAbort."""
         variable, reader = self.variable((index, sub)), self.readers.get((index, sub))
         return variable.encode(self._values[index, sub] if reader is None else reader())
 
     def size(self, index: int, sub: int) -> int | None:
-        """Return the size of an object [byte]; None for a string.
-
-        Raises:
-            SdoAbort: There is no such object.
-        """
+        """Return the size of an object [byte], None for a string; raises SdoAbort."""
         return self.variable((index, sub)).size
 
     def write(self, index: int, sub: int, data: bytes) -> None:
-        """Set an object, as SDO downloads and RPDOs do.
-
-        Raises:
-            SdoAbort: There is no such object, it is read-only, or the value is not allowed now.
-        """
+        """Set an object, as SDO downloads and RPDOs do; raises SdoAbort if it is not there or refuses."""
         variable = self.variable((index, sub))
         if not variable.writable:
             raise SdoAbort(Abort.READ_ONLY)

@@ -123,13 +123,7 @@ class BlockDownload:
 
 
 class SdoServer:
-    """Answers the requests of one client.
-
-    Args:
-        read: Returns an object's bytes.
-        write: Sets an object.
-        size: Returns how many bytes an object has; None for a string.
-    """
+    """Answers the requests of one client."""
 
     def __init__(
         self,

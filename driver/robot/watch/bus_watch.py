@@ -50,11 +50,7 @@ Opener = Callable[[], can.BusABC]
 
 
 class _Clock(WallClock):
-    """Wall time, or the time in a log that is replayed.
-
-    Args:
-        watch: Watch whose bus may be a log.
-    """
+    """Wall time, or the time in a log that is replayed."""
 
     def __init__(self, watch: BusWatch) -> None:
         super().__init__(REFRESH)
@@ -80,15 +76,7 @@ class BusWatch:
     """
 
     def __init__(self, opened: Opener, vehicle: VehicleParameters | None = None) -> None:
-        """Open the bus.
-
-        Args:
-            opened: Opens the bus, and again after it was lost.
-            vehicle: The robot on the bus; None where it is not known.
-
-        Raises:
-            BusError: The bus cannot be opened.
-        """
+        """Open the bus by `opened`, and again after it was lost; raises BusError."""
         self.vehicle = vehicle
         self._opened = opened
         self.bus: can.BusABC = opened()
@@ -131,8 +119,7 @@ class BusWatch:
     def recv(self, timeout: float | None = None) -> can.Message | None:
         """Return the next frame, or None after `POLL` at the latest; what a reader takes for its bus.
 
-        Raises:
-            can.CanOperationError: The watch is to end, or the bus was lost.
+        Raises can.CanOperationError where the watch is to end, or the bus was lost.
         """
         if self._stop.is_set():
             raise can.CanOperationError("the watch has ended")

@@ -34,11 +34,7 @@ class TappedBus(FrameSink, Protocol):
 
 
 class RobotWatch:
-    """The robot by its odometry, which continues from the last pose when a lost bus is back.
-
-    Args:
-        vehicle: The robot.
-    """
+    """The robot by its odometry, which continues from the last pose when a lost bus is back."""
 
     def __init__(self, vehicle: VehicleParameters) -> None:
         self._vehicle = vehicle
@@ -49,11 +45,7 @@ class RobotWatch:
         self._before: deque[Sample] = deque(maxlen=SPAN + 1)
 
     def follow(self, bus: TappedBus, clock: Clock) -> None:
-        """Take the samples of a bus until it fails, with the times of a clock.
-
-        Raises:
-            BusError: The bus failed.
-        """
+        """Take the samples of a bus until it fails with BusError, with the times of a clock."""
         self._reader = PassiveReader(self._vehicle, cast("can.BusABC", bus), recorder=bus, clock=clock)
         self._before.clear()
         odometers = {truck: Odometer(self._vehicle, truck, start) for truck, start in self._poses.items()}
