@@ -33,22 +33,14 @@ _EM_ROUNDS = 25  # iterations of expectation maximisation; the weights of the sc
 
 
 class NumberCode(NamedTuple):
-    """Code length of a column as one number, with the range of a counter.
+    """Code length of a column as one number, with the range of a counter."""
 
-    Attributes:
-        steps: Code length of all values but the first, modulo the range of the number [bits].
-        counter_range: Value at which the counter restarts from 0 before its bits are full; 0 for none
-            [counts].
-        counter_range_odds: log2 odds of that range against the full one [bits].
-        unsigned_wraps: Number of steps over the end of the unsigned range.
-        signed_wraps: Number of steps over the end of the two's complement range.
-    """
-
-    steps: float
+    steps: float  # code length of all values but the first, modulo the range of the number [bits]
+    # value at which the counter restarts from 0 before its bits are full; 0 for none [counts]
     counter_range: int
-    counter_range_odds: float
-    unsigned_wraps: int
-    signed_wraps: int
+    counter_range_odds: float  # log2 odds of that range against the full one [bits]
+    unsigned_wraps: int  # number of steps over the end of the unsigned range
+    signed_wraps: int  # number of steps over the end of the two's complement range
 
 
 def little_endian(data: NDArray[np.uint8]) -> Column:

@@ -52,36 +52,22 @@ Reading = tuple["Kind", bool | None]  # kind, and whether it is signed; None for
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A field of a layout.
+    """A field of a layout."""
 
-    Attributes:
-        start: Its lowest bit in the number that all bytes of the message make in its byte order.
-        bits: Its width.
-        is_big_endian: Whether its byte order is big-endian.
-        probability: Probability of exactly this field [0 to 1].
-        readings: Probability of each kind and sign, given the field; they add up to 1.
-    """
-
-    start: int
+    start: int  # its lowest bit in the number that all bytes of the message make in its byte order
     bits: int
-    is_big_endian: bool
-    probability: float
-    readings: Mapping[Reading, float]
+    is_big_endian: bool  # whether its byte order is big-endian
+    probability: float  # probability of exactly this field [0 to 1]
+    readings: Mapping[Reading, float]  # probability of each kind and sign, given the field; they add up to 1
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """The most probable layout of a message.
+    """The most probable layout of a message."""
 
-    Attributes:
-        fields: Its fields in the order of their bits.
-        big_endian_probability: Probability of the big-endian order [0 to 1].
-        log2_evidence: log2 of the joint probability of data and layouts, summed over all layouts.
-    """
-
-    fields: tuple[Field, ...]
-    big_endian_probability: float
-    log2_evidence: float
+    fields: tuple[Field, ...]  # its fields in the order of their bits
+    big_endian_probability: float  # probability of the big-endian order [0 to 1]
+    log2_evidence: float  # log2 of the joint probability of data and layouts, summed over all layouts
 
 
 def find_layout(

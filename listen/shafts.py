@@ -32,21 +32,13 @@ LAGS = (-2, -1, 0, 1, 2, 3)  # [steps] trial delays of a filtered speed
 
 @dataclass(frozen=True)
 class Track:
-    """A signal resampled to the common clock.
-
-    Attributes:
-        signal: The signal.
-        start: Time at which the clock begins [s].
-        value: Its unwrapped value [counts], shape `(M,)`.
-        rate: Its rate by central differences [counts/s], shape `(M,)`.
-        noise: Limit of the rate's error by the resolution of one count [counts/s].
-    """
+    """A signal resampled to the common clock."""
 
     signal: LearnedSignal
-    start: float
-    value: NDArray[np.float64]
-    rate: NDArray[np.float64]
-    noise: float
+    start: float  # time at which the clock begins [s]
+    value: NDArray[np.float64]  # its unwrapped value [counts], shape `(M,)`
+    rate: NDArray[np.float64]  # its rate by central differences [counts/s], shape `(M,)`
+    noise: float  # limit of the rate's error by the resolution of one count [counts/s]
 
 
 @dataclass(frozen=True)

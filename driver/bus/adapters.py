@@ -32,19 +32,12 @@ _DOCUMENTED = re.compile(r":param\s+(?:[^:\n]*?\s)?(\w+)\s*:")
 
 @dataclass(frozen=True, slots=True)
 class BusUrl:
-    """The parts of a bus's URL.
+    """The parts of a bus's URL."""
 
-    Attributes:
-        text: URL as it was given.
-        interface: Name of python-can's interface.
-        channel: Channel of the interface; empty for its default.
-        options: Keys and values after the question mark; numbers and booleans are converted.
-    """
-
-    text: str
-    interface: str
-    channel: str
-    options: Mapping[str, Any]
+    text: str  # URL as it was given
+    interface: str  # name of python-can's interface
+    channel: str  # channel of the interface; empty for its default
+    options: Mapping[str, Any]  # keys and values after the question mark; numbers and booleans are converted
 
     @property
     def bitrate(self) -> int | None:

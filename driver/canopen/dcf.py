@@ -38,23 +38,14 @@ IS_WRITABLE = frozenset({"rw", "wo", "rww", "rwr"})
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """An object that is not as the DCF states.
-
-    Attributes:
-        index: Index of the object.
-        subindex: Sub-index of the object.
-        name: Name in the DCF.
-        stated: Value in the DCF.
-        found: Value in the device; None where it shows none.
-        problem: Why it shows none, or does not take the value; empty where it does.
-    """
+    """An object that is not as the DCF states."""
 
     index: int
     subindex: int
-    name: str
-    stated: float | str
-    found: float | str | None
-    problem: str = ""
+    name: str  # name in the DCF
+    stated: float | str  # value in the DCF
+    found: float | str | None  # value in the device; None where it shows none
+    problem: str = ""  # why it shows none, or does not take the value; empty where it does
 
     def in_words(self) -> str:
         """Return object, name and both values as a line."""

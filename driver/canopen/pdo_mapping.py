@@ -17,17 +17,11 @@ AXIS = 0x800  # between the objects of two axes of one CiA 402 device: two logic
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """An object in a PDO.
-
-    Attributes:
-        index: Index of the object.
-        subindex: Sub-index of the object.
-        bits: Width of the object in the PDO [bit].
-    """
+    """An object in a PDO."""
 
     index: int
     subindex: int
-    bits: int
+    bits: int  # width of the object in the PDO [bit]
 
     @property
     def value(self) -> int:

@@ -26,38 +26,23 @@ MAX_ENTRIES = 64  # of a mapping: 64 objects of one bit (CiA 301, 7.5.2.38)
 
 @dataclass(frozen=True, slots=True)
 class Transmission:
-    """When a PDO is sent.
+    """When a PDO is sent."""
 
-    Attributes:
-        type: Transmission type, sub-index 2; 1 is on every SYNC, 254 and 255 are at an event.
-        inhibit: Inhibit time, sub-index 3 [100 us].
-        timer: Event timer, sub-index 5 [ms].
-    """
-
-    type: int
-    inhibit: int = 0
-    timer: int = 0
+    type: int  # transmission type, sub-index 2; 1 is on every SYNC, 254 and 255 are at an event
+    inhibit: int = 0  # inhibit time, sub-index 3 [100 us]
+    timer: int = 0  # event timer, sub-index 5 [ms]
 
 
 @dataclass(frozen=True, slots=True)
 class PdoSetting:
-    """The parameters of a PDO as a device has them.
+    """The parameters of a PDO as a device has them."""
 
-    Attributes:
-        base: Index of the communication parameters, such as 1801h.
-        raw: COB-ID with its upper bits, sub-index 1.
-        transmission: Transmission type, sub-index 2; 1 is on every SYNC.
-        inhibit: Inhibit time, sub-index 3 [100 us]; None where the device has none.
-        timer: Event timer, sub-index 5 [ms]; None where the device has none.
-        entries: Mapped objects in order.
-    """
-
-    base: int
-    raw: int
-    transmission: int
-    inhibit: int | None
-    timer: int | None
-    entries: tuple[Entry, ...]
+    base: int  # index of the communication parameters, such as 1801h
+    raw: int  # COB-ID with its upper bits, sub-index 1
+    transmission: int  # transmission type, sub-index 2; 1 is on every SYNC
+    inhibit: int | None  # inhibit time, sub-index 3 [100 us]; None where the device has none
+    timer: int | None  # event timer, sub-index 5 [ms]; None where the device has none
+    entries: tuple[Entry, ...]  # mapped objects in order
 
     @property
     def cob_id(self) -> int:

@@ -28,16 +28,10 @@ NOT_STORED, LOCAL_CONTROL, DEVICE_STATE = 0x08000020, 0x08000021, 0x08000022
 
 
 class Reply(NamedTuple):
-    """A frame that was received.
+    """A frame that was received."""
 
-    Attributes:
-        time: Time on the probe's clock [s].
-        can_id: 11-bit identifier.
-        data: Data bytes.
-    """
-
-    time: float
-    can_id: int
+    time: float  # time on the probe's clock [s]
+    can_id: int  # 11-bit identifier
     data: bytes
 
 

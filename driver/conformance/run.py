@@ -27,19 +27,12 @@ EFFECTS: tuple[Effect, ...] = ("reads", "writes", "resets", "stores")
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One demand of a standard.
+    """One demand of a standard."""
 
-    Attributes:
-        standard: Standard that asks for it.
-        subject: Object or service that it concerns.
-        run: Raises what is wrong; its docstring is the demand.
-        effect: What it does to the device: it reads, writes and puts back, changes the NMT state or resets,
-            or stores.
-    """
-
-    standard: str
-    subject: str
-    run: Callable[[Probe], None]
+    standard: str  # standard that asks for it
+    subject: str  # object or service that it concerns
+    run: Callable[[Probe], None]  # raises what is wrong; its docstring is the demand
+    # what it does to the device: it reads, writes and puts back, changes the NMT state or resets, or stores
     effect: Effect = "reads"
 
     @property

@@ -41,21 +41,13 @@ _COUNTED = ("received", "missing", "late", "duplicate", "jumps")  # of `NodeCoun
 
 @dataclass(slots=True)
 class _Pdo:
-    """One TPDO as it is waited for.
+    """One TPDO as it is waited for."""
 
-    Attributes:
-        place: Place of its record.
-        node: Node that sends the PDO.
-        channels: Channels that the PDO carries.
-        misses: SYNCs in a row without an answer.
-        answers: SYNCs in a row with an answer, since the last miss.
-    """
-
-    place: int
-    node: int
-    channels: tuple[Channel, ...]
-    misses: int = 0
-    answers: int = 0
+    place: int  # place of its record
+    node: int  # node that sends the PDO
+    channels: tuple[Channel, ...]  # channels that the PDO carries
+    misses: int = 0  # SYNCs in a row without an answer
+    answers: int = 0  # SYNCs in a row with an answer, since the last miss
 
 
 class Assembler:

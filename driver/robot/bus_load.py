@@ -34,17 +34,11 @@ def frame_bits(length: int, *, stuffed: bool, extended: bool = False) -> int:
 
 @dataclass(frozen=True, slots=True)
 class BusLoad:
-    """Forecast share of the bus in use; 1 is full.
+    """Forecast share of the bus in use; 1 is full."""
 
-    Attributes:
-        bitrate: Bit rate of the bus [bit/s].
-        least: Share without stuff bits.
-        worst: Share with every possible stuff bit.
-    """
-
-    bitrate: int
-    least: float
-    worst: float
+    bitrate: int  # bit rate of the bus [bit/s]
+    least: float  # share without stuff bits
+    worst: float  # share with every possible stuff bit
 
     @property
     def is_high(self) -> bool:

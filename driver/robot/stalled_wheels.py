@@ -22,29 +22,17 @@ MIN_COUNTS = 4.0  # [counts] for coarser encoders
 
 @dataclass(slots=True)
 class _Wheel:
-    """One wheel since its count last changed.
+    """One wheel since its count last changed."""
 
-    Attributes:
-        wheel: Channel of the wheel.
-        column: Column of the wheel in a sample.
-        other: Column of the truck's other wheel.
-        radius: Radius of the wheel [m].
-        other_scale: Travel per count of the other wheel [m].
-        enough: Travel that must show in the count [m].
-        since: Time of the first sample with this count [s]; None before it.
-        count: The count.
-        expected: Travel that the wheel should have made since [m]; negative backwards.
-    """
-
-    wheel: Channel
-    column: int
-    other: int
-    radius: float
-    other_scale: float
-    enough: float
-    since: float | None = None
+    wheel: Channel  # channel of the wheel
+    column: int  # column of the wheel in a sample
+    other: int  # column of the truck's other wheel
+    radius: float  # radius of the wheel [m]
+    other_scale: float  # travel per count of the other wheel [m]
+    enough: float  # travel that must show in the count [m]
+    since: float | None = None  # time of the first sample with this count [s]; None before it
     count: int = 0
-    expected: float = 0.0
+    expected: float = 0.0  # travel that the wheel should have made since [m]; negative backwards
 
 
 class StallDetector:

@@ -42,21 +42,13 @@ FITS_IN_WORDS = {
 
 @dataclass(frozen=True, slots=True)
 class DescribedDevice:
-    """The device that a file describes.
-
-    Attributes:
-        path: Path of the file.
-        vendor: Vendor id; None where the file does not state it.
-        product: Product code; None where the file does not state it.
-        revision: Revision number; None where the file does not state it.
-        device_type: 1000h; None where the file does not state it.
-    """
+    """The device that a file describes."""
 
     path: Path
-    vendor: int | None
-    product: int | None
-    revision: int | None
-    device_type: int | None
+    vendor: int | None  # vendor id; None where the file does not state it
+    product: int | None  # product code; None where the file does not state it
+    revision: int | None  # revision number; None where the file does not state it
+    device_type: int | None  # 1000h; None where the file does not state it
 
     def fit(self, node: NodeReading) -> Fit:
         """Return how well the file fits a node."""
@@ -75,17 +67,11 @@ class DescribedDevice:
 
 @dataclass(frozen=True, slots=True)
 class FittingFile:
-    """The file that fits a node best.
-
-    Attributes:
-        path: Path of the file.
-        fit: How well it fits.
-        others: Files that fit as well.
-    """
+    """The file that fits a node best."""
 
     path: Path
-    fit: Fit
-    others: tuple[Path, ...] = ()
+    fit: Fit  # how well it fits
+    others: tuple[Path, ...] = ()  # files that fit as well
 
     def in_words(self) -> str:
         """Return its name, and what does not fit."""

@@ -26,27 +26,16 @@ Value = int | bytes
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """One entry of an object dictionary.
+    """One entry of an object dictionary."""
 
-    Attributes:
-        size: Size of an integer [byte]; None for a string.
-        signed: Whether the integer is two's complement.
-        writable: Whether SDO may write the object.
-        mappable: Whether a PDO may carry the object.
-        low: Lowest value allowed.
-        high: Highest value allowed.
-        default: Value after a reset.
-        relative: Whether the node id is added to the default.
-    """
-
-    size: int | None
-    signed: bool
-    writable: bool
-    mappable: bool
-    low: int
-    high: int
-    default: Value
-    relative: bool
+    size: int | None  # size of an integer [byte]; None for a string
+    signed: bool  # whether the integer is two's complement
+    writable: bool  # whether SDO may write the object
+    mappable: bool  # whether a PDO may carry the object
+    low: int  # lowest value allowed
+    high: int  # highest value allowed
+    default: Value  # value after a reset
+    relative: bool  # whether the node id is added to the default
 
     def encode(self, value: Value) -> bytes:
         """Return the bytes on the bus."""
