@@ -240,12 +240,7 @@ def _edges(words: Column, length: int) -> list[int]:
 
 
 class _Table:
-    """The weights of the readings of all possible fields of a message in one byte order.
-
-    Attributes:
-        edges: Candidate boundaries [bits].
-        readings: For each field, by the numbers of its two edges, the log2 weight of each reading.
-    """
+    """Weights of readings of all possible fields in one byte order, by the numbers of two `edges`."""
 
     def __init__(self, words: Column, length: int, direction: Direction) -> None:
         self.edges = _edges(words, length)
@@ -261,12 +256,8 @@ class _Table:
 class _Layouts:
     """Forward and backward sums over all layouts, for one byte order and one prior of widths.
 
-    All weights are log2.
-
-    Attributes:
-        weight: Weight of each field, by the numbers of its two edges.
-        total: Weight of all layouts together.
-        best_weight: Weight of the most probable layout.
+    All weights are log2: those of each field by the numbers of its two edges, the `total`, and the best
+    layout's.
     """
 
     def __init__(self, table: _Table, is_big_endian: bool, is_packed: bool, prior: float) -> None:

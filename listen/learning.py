@@ -44,25 +44,15 @@ class LearnedMessage:
 
 @dataclass(frozen=True)
 class Findings:
-    """Results of the analysis of a bus.
+    """Results of the analysis of a bus."""
 
-    Attributes:
-        start: Time of the first frame [s].
-        seconds: Time from the first frame to the last [s].
-        frames: Number of frames.
-        network: Nodes and services.
-        messages: Messages in the order of their identifiers.
-        shafts: Shafts whose movement is measured.
-        kinematics: Which of them are wheels, joints, sliders.
-    """
-
-    start: float
-    seconds: float
-    frames: int
-    network: Network
-    messages: tuple[LearnedMessage, ...]
-    shafts: tuple[Shaft, ...]
-    kinematics: Kinematics
+    start: float  # time of the first frame [s]
+    seconds: float  # time from the first frame to the last [s]
+    frames: int  # number of frames
+    network: Network  # nodes and services
+    messages: tuple[LearnedMessage, ...]  # messages in the order of their identifiers
+    shafts: tuple[Shaft, ...]  # shafts whose movement is measured
+    kinematics: Kinematics  # which of them are wheels, joints, sliders
 
 
 def learn_bus(

@@ -80,11 +80,7 @@ PAUSE = 1.0  # [s] without SYNC from which `time` is set to the clock (assumptio
 
 
 class AlteredPath:
-    """The step of a robot with effects, with the states of the effects.
-
-    Attributes:
-        time: Time at the end of the last step [s].
-    """
+    """The step of a robot with effects, with the states of the effects, until `time` [s]."""
 
     def __init__(
         self,

@@ -43,13 +43,10 @@ class _VehicleEnd(can.BusABC):
 
 
 class CoupledBus(can.BusABC):
-    """The master's end of a simulated vehicle's bus, for one thread.
+    """The master's end of the bus of a `simulated` vehicle, for one thread.
 
     With the clock "sync" the vehicle acts only within `send`. With the clock "wall", `simulated.poll()` must
     also be called when a timer ends (`simulated.wait`).
-
-    Attributes:
-        simulated: Simulated vehicle at the other end of the bus.
     """
 
     def __init__(

@@ -211,11 +211,7 @@ def parse_fault(text: str) -> DeviceFault:
 
 
 class FaultSchedule:
-    """Begins and ends faults as the clock passes their times.
-
-    Attributes:
-        due: Time at which the next fault begins or ends [s].
-    """
+    """Begins and ends faults as the clock passes their times; the next event is `due` [s]."""
 
     def __init__(self, devices: Mapping[int, Device], faults: Iterable[DeviceFault]) -> None:
         self._devices = devices

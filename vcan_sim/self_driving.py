@@ -21,10 +21,7 @@ if TYPE_CHECKING:
 class SelfDriving:
     """Source of wheel speeds for each SYNC, in place of the drives; 0 after the end of the program.
 
-    Attributes:
-        journal: Laps and measured poses so far, with times of `clock`.
-        runner: State of the program.
-        odometry: Odometry record `(1,)` of the robot.
+    The `journal` has laps and measured poses so far, with times of `clock`.
     """
 
     def __init__(

@@ -21,12 +21,7 @@ if TYPE_CHECKING:
 
 
 class BusServer:
-    """Serves one simulated vehicle's bus.
-
-    Attributes:
-        hub: Bus that other processes join.
-        simulated: Vehicle on the bus.
-    """
+    """Serves one simulated vehicle's bus, the `hub`."""
 
     def __init__(
         self,

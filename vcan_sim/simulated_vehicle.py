@@ -49,14 +49,8 @@ class SimulatedVehicle:
     With the clock "sync" the devices' time, for heartbeats, event timers and faults, is the number of SYNCs
     times the SYNC period, and does not depend on the machine. With the clock "wall" it is the monotonic time
     since the start, and timers run without SYNC, too. With both, the plant advances by one SYNC period for
-    each SYNC. The drives (6083h, 6084h) limit the acceleration to twice the vehicle's limit.
-
-    Attributes:
-        vehicle: Nominal parameters of the vehicle: node ids, COB-IDs, resolutions.
-        plant: Mechanics that the devices move and measure.
-        devices: Devices by their node ids.
-        syncs: Number of SYNCs received.
-        failure: Error that ended the thread; None if none did.
+    each SYNC. The drives (6083h, 6084h) limit the acceleration to twice the vehicle's limit. The `failure`
+    that ended the thread is an error; None without one.
     """
 
     def __init__(

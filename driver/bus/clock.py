@@ -85,9 +85,7 @@ class Clock(Protocol):
 class WallClock(Clock):
     """SYNC at equal intervals of monotonic time; times are wall time that no clock adjustment moves.
 
-    Attributes:
-        period: Time between two SYNCs [s].
-        skipped: Number of periods that have passed without a SYNC.
+    The `period` between two SYNCs is in [s]; `skipped` counts periods that have passed without a SYNC.
     """
 
     inline = False

@@ -102,11 +102,7 @@ def write_values(
 
 
 class _Writer:
-    """Writes the values of a DCF.
-
-    Attributes:
-        problems: Why objects were not written, by index and sub-index.
-    """
+    """Writes the values of a DCF; `problems` says by index and sub-index why some were not written."""
 
     def __init__(self, sdo: Sdo, variables: dict[tuple[int, int], ODVariable]) -> None:
         self.problems: dict[tuple[int, int], str] = {}

@@ -27,11 +27,7 @@ PERIOD = 1.0  # [s] between SYNCs of the clock, which sends none here
 
 
 class MasterActiveError(DriverError):
-    """A bus on which another master works.
-
-    Attributes:
-        url: URL of the bus.
-    """
+    """A bus on which another master works."""
 
     def __init__(self, url: str) -> None:
         super().__init__(

@@ -44,11 +44,7 @@ class AbsentError(DriverError):
 
 
 class AbortedError(DriverError):
-    """An SDO transfer that the device aborted.
-
-    Attributes:
-        code: SDO abort code.
-    """
+    """An SDO transfer that the device aborted with `code`."""
 
     def __init__(self, index: int, subindex: int, code: int) -> None:
         super().__init__(f"{index:04X}h:{subindex:02X} aborted with {code:08X}h")
@@ -56,12 +52,7 @@ class AbortedError(DriverError):
 
 
 class Probe:
-    """One node of a bus, seen by raw frames.
-
-    Attributes:
-        node: CANopen node id.
-        timeout: Time in which an answer must come [s].
-    """
+    """One node of a bus, seen by raw frames, whose answers must come within `timeout` [s]."""
 
     def __init__(
         self, bus: can.BusABC, node: int, timeout: float = 0.5, clock: Callable[[], float] | None = None

@@ -53,13 +53,8 @@ class _Pdo:
 class Assembler:
     """The state between two SYNCs: which PDOs have answered, and the position of each counter.
 
-    Attributes:
-        vehicle: Vehicle whose PDOs are assembled.
-        events: Log for nodes that fall silent and answer again.
-        counts: Frame counters by node id, as of the last sample or `update_counts`.
-        cob_ids: COB-IDs of the expected PDOs.
-        gaps: Gaps that have ended, in order of their end; at most `MAX_GAPS`.
-        started: Time of the first SYNC [s]; None before it.
+    `counts` are as of the last sample or `update_counts`; `gaps` have ended, at most `MAX_GAPS`; `started` is
+    the time of the first SYNC [s].
     """
 
     def __init__(

@@ -211,17 +211,11 @@ def _switch_off_spare(
 
 @dataclass(frozen=True, slots=True)
 class ConfigurationReport:
-    """The configuration of all nodes.
+    """The configuration of all nodes."""
 
-    Attributes:
-        nodes: Configuration of each node, in order of the node ids.
-        load: Forecast of the bus load.
-        vehicle: The vehicle with the ranges by which the counters are unwrapped.
-    """
-
-    nodes: tuple[NodeConfiguration, ...]
-    load: BusLoad
-    vehicle: VehicleParameters
+    nodes: tuple[NodeConfiguration, ...]  # configuration of each node, in order of the node ids
+    load: BusLoad  # forecast of the bus load
+    vehicle: VehicleParameters  # the vehicle with the ranges by which the counters are unwrapped
 
 
 def with_ranges(vehicle: VehicleParameters, nodes: Sequence[NodeConfiguration]) -> VehicleParameters:

@@ -25,12 +25,7 @@ PRESET_OBJECTS = (0x6509, 0x650B)  # a change of these shows a preset or a swapp
 
 
 class EncoderNodes:
-    """The nodes of a vehicle's encoders.
-
-    Attributes:
-        vehicle: Vehicle with the ranges by which the counters are unwrapped, after `configure_all`.
-        ids: Node ids in order.
-    """
+    """The nodes of a vehicle's encoders; `vehicle` has their ranges after `configure_all`."""
 
     def __init__(
         self,

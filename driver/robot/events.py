@@ -40,9 +40,7 @@ class EventListener(Protocol):
 class EventLog:
     """A bounded log of events in order; the same words about the same node are one event that counts.
 
-    Attributes:
-        dropped: Number of events that were dropped because the log was full.
-        listener: Called with each event; None for nothing.
+    What does not fit is counted in `dropped`; the `listener` is called with each event all the same.
     """
 
     def __init__(self) -> None:

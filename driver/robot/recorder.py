@@ -40,9 +40,6 @@ class Recorder:
 
     Where the disk refuses, as one that is full, frames are left out until it takes them again. Other files
     that it refuses are written with the next of them, or by `close`.
-
-    Attributes:
-        folder: Folder of the recording.
     """
 
     def __init__(

@@ -76,8 +76,7 @@ class _MonitoredDrive:
 class StatusWordMonitor:
     """The status words of all drives, from the moment when they are enabled until they are stopped.
 
-    Attributes:
-        fields: Node and first bit of the status word in the TPDOs that carry one, by COB-ID.
+    `fields` has node and first bit of the status word in the TPDOs that carry one, by COB-ID.
     """
 
     def __init__(self, troubles: list[Trouble], events: EventLog) -> None:

@@ -29,12 +29,7 @@ class AbortOption(IntEnum):
 
 
 class DriveDevice(Device):
-    """A drive whose motor has exactly the demanded velocity: accelerations are limited by the ramps only.
-
-    Attributes:
-        power: CiA 402 state of the drive.
-        velocity: Velocity of the motor [increments/s].
-    """
+    """A drive whose motor has the demanded `velocity` [increments/s]; only ramps limit accelerations."""
 
     def __init__(
         self,

@@ -17,13 +17,9 @@ if TYPE_CHECKING:
 
 
 class PdoExchange:
-    """All PDOs of one device.
+    """All PDOs of one device, in the order of their index; the next timer of one ends at `due` [s].
 
-    Attributes:
-        tpdos: PDOs that the device sends, in the order of their index.
-        rpdos: PDOs that the device receives, in the order of their index.
-        indices: Indices of the communication and mapping parameters of all these PDOs.
-        due: Time at which the next timer of a PDO ends [s].
+    `indices` are those of the communication and mapping parameters.
     """
 
     def __init__(

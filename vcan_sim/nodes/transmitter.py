@@ -40,11 +40,7 @@ NONE = Disturbance()
 
 
 class Transmitter:
-    """Sends the frames of a device, changed by its faults.
-
-    Attributes:
-        due: Time at which delayed frames or the next burst are sent [s].
-    """
+    """Sends the frames of a device, changed by its faults; delayed frames or a burst are `due` [s]."""
 
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
         self._send = send

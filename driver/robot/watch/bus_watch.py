@@ -67,13 +67,7 @@ class _Clock(WallClock):
 
 
 class BusWatch:
-    """Receives from a bus in a background thread.
-
-    Attributes:
-        vehicle: The robot on the bus; None where it is not known.
-        bus: The bus; another one after it was lost.
-        snapshot: State of the bus at the last `REFRESH`; replaced, never changed.
-    """
+    """Receives from a bus in a background thread; makes a new `snapshot` at every `REFRESH`."""
 
     def __init__(self, opened: Opener, vehicle: VehicleParameters | None = None) -> None:
         """Open the bus by `opened`, and again after it was lost; raises BusError."""

@@ -17,17 +17,11 @@ if TYPE_CHECKING:
 
 
 class Traffic(NamedTuple):
-    """How full the bus is.
+    """How full the bus is."""
 
-    Attributes:
-        rate: Frames per second.
-        least: Bits per second of classical frames without stuff bits.
-        most: Bits per second of classical frames with every possible stuff bit.
-    """
-
-    rate: float
-    least: float
-    most: float
+    rate: float  # frames per second
+    least: float  # bits per second of classical frames without stuff bits
+    most: float  # bits per second of classical frames with every possible stuff bit
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,34 +45,20 @@ class RobotView:
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """The bus at one moment.
+    """The bus at one moment."""
 
-    Attributes:
-        time: When it was taken, as wall time [s], or the time in a log that is replayed.
-        since: Time since the watch began [s].
-        frames: Number of frames so far.
-        left_out: Number of frames that are none, or of identifiers beyond those that are counted.
-        traffic: How full the bus is.
-        rows: Frames by identifier.
-        nodes: Last reported NMT state of each node, by interface and node id.
-        events: Events in order of time.
-        seen: PDO parameters that SDO traffic showed, by node, index and sub-index.
-        robot: Where the robot is; None without a vehicle or before the first sample.
-        lost: Why the bus cannot be read now; None where it can.
-        recording: Folder or file that is being recorded; None where none is.
-        has_ended: Whether it was a log, and its last frame was received.
-    """
-
-    time: float
-    since: float
-    frames: int
-    left_out: int
-    traffic: Traffic
-    rows: tuple[LiveRow, ...]
+    time: float  # when it was taken, as wall time [s], or the time in a log that is replayed
+    since: float  # time since the watch began [s]
+    frames: int  # number of frames so far
+    left_out: int  # number of frames that are none, or of identifiers beyond those that are counted
+    traffic: Traffic  # how full the bus is
+    rows: tuple[LiveRow, ...]  # frames by identifier
+    # last reported NMT state of each node, by interface and node id
     nodes: Mapping[tuple[str, int], NodeSeen]
-    events: tuple[Event, ...]
+    events: tuple[Event, ...]  # events in order of time
+    # PDO parameters that SDO traffic showed, by node, index and sub-index
     seen: Mapping[tuple[int, int, int], int]
-    robot: RobotView | None
-    lost: str | None
-    recording: Path | None
-    has_ended: bool
+    robot: RobotView | None  # where the robot is; None without a vehicle or before the first sample
+    lost: str | None  # why the bus cannot be read now; None where it can
+    recording: Path | None  # folder or file that is being recorded; None where none is
+    has_ended: bool  # whether it was a log, and its last frame was received
