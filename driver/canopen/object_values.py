@@ -58,6 +58,13 @@ def variables_of(dictionary: ObjectDictionary) -> Iterator[ODVariable]:
                 yield variable
 
 
+def default_of(dictionary: ObjectDictionary, index: int, subindex: int) -> int | None:
+    """Return the value that an EDS or DCF states for a number, None where it states none."""
+    variable = dictionary.get_variable(index, subindex)
+    value = None if variable is None else variable.value or variable.default
+    return value if isinstance(value, int) else None
+
+
 def kind_of(dictionary: ObjectDictionary, index: int, subindex: int) -> str | None:
     """Return the kind in `KINDS` that a dictionary gives an object; None where it knows none."""
     variable = dictionary.get_variable(index, subindex)

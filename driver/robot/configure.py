@@ -243,23 +243,18 @@ def choose_range(encoder: Encoder, reported: int | None) -> tuple[int, str]:
     one.
     """
     stated, full = encoder.wrap_range, 2**encoder.bits
-    name = encoder.channel
+    chosen = stated
     if reported is None:
-        return stated, f"{name}: wraps at {stated}; the device has no 6002h"
-    if reported == stated:
-        return stated, f"{name}: wraps at {stated}; 6002h says so and means N"
-    if reported == stated - 1:
-        return stated, f"{name}: wraps at {stated}; 6002h says {reported} and means N - 1"
-    if reported == 0 and full == 2**32 and encoder.range is None:
-        return full, f"{name}: wraps at 2**32; 6002h says 0"
-    guess = reported + reported % 2
-    if encoder.range is not None or not 1 < guess <= full:
-        return (
-            stated,
-            f"{name}: 6002h says {reported}, but vehicle.toml {stated}, which is used: check it",
-        )
-    means = "N - 1" if reported % 2 else "N"
-    return (
-        guess,
-        f"{name}: wraps at {guess}; 6002h says {reported}, taken for {means}; vehicle.toml says nothing",
-    )
+        reason = f"wraps at {stated}; the device has no 6002h"
+    elif reported == stated:
+        reason = f"wraps at {stated}; 6002h says so and means N"
+    elif reported == stated - 1:
+        reason = f"wraps at {stated}; 6002h says {reported} and means N - 1"
+    elif reported == 0 and full == 2**32 and encoder.range is None:
+        chosen, reason = full, "wraps at 2**32; 6002h says 0"
+    elif encoder.range is not None or not 1 < (guess := reported + reported % 2) <= full:
+        reason = f"6002h says {reported}, but vehicle.toml {stated}, which is used: check it"
+    else:
+        chosen, means = guess, "N - 1" if reported % 2 else "N"
+        reason = f"wraps at {guess}; 6002h says {reported}, taken for {means}; vehicle.toml says nothing"
+    return chosen, f"{encoder.channel}: {reason}"

@@ -7,6 +7,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.eds import load_eds
+from omnimate.driver.canopen.object_values import default_of
 from omnimate.driver.errors import EdsError
 from omnimate.driver.scan.node import IDENTITY
 
@@ -108,12 +109,7 @@ def _described(path: Path, dictionary: ObjectDictionary) -> DescribedDevice:
     information = dictionary.device_information
     stated = (information.vendor_number, information.product_number, information.revision_number)
     vendor, product, revision = (
-        number or _default(dictionary, IDENTITY, subindex) for subindex, number in enumerate(stated, start=1)
+        number or default_of(dictionary, IDENTITY, subindex) or None
+        for subindex, number in enumerate(stated, start=1)
     )
-    return DescribedDevice(path, vendor, product, revision, _default(dictionary, 0x1000, 0))
-
-
-def _default(dictionary: ObjectDictionary, index: int, subindex: int) -> int | None:
-    variable = dictionary.get_variable(index, subindex)
-    value = None if variable is None else variable.value or variable.default
-    return value if isinstance(value, int) and value else None
+    return DescribedDevice(path, vendor, product, revision, default_of(dictionary, 0x1000, 0) or None)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from omnimate.driver.canopen.node_setup import MIN_DUPLICATES
+from omnimate.driver.canopen.object_values import decode
 from omnimate.driver.canopen.pdo_parameters import RPDO, TPDO, PdoSetting, read_pdos
 from omnimate.driver.errors import NodeError, SdoRefused, SdoSilent, TwoDevices
 
@@ -140,5 +141,5 @@ def _text(sdo: Sdo, index: int) -> str:
         data = sdo.read_bytes(index)
     except SdoRefused:
         return ""
-    text = data.split(b"\0")[0].decode("utf-8", "replace")
+    text = str(decode(data, "text"))
     return "".join(letter if letter.isprintable() else "?" for letter in text).strip()[:MAX_TEXT]

@@ -9,7 +9,8 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Self
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import can
 
@@ -20,7 +21,6 @@ from omnimate.driver.robot.bus_load import frame_bits
 from omnimate.driver.robot.events import EventLog
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.driver.robot.watch.robot_watch import RobotWatch
-from omnimate.driver.robot.watch.snapshot import Snapshot, Traffic
 from omnimate.files.logs.bus_events import BusEvents
 from omnimate.files.logs.formats.candump_writer import CandumpWriter
 from omnimate.files.logs.formats.python_can_logs import frame_of_message
@@ -30,9 +30,13 @@ from omnimate.files.logs.seen_mapping import seen_object
 from omnimate.vehicle.errors import OmnimateError, RecordingError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from omnimate.driver.robot.events import Event
+    from omnimate.driver.robot.watch.robot_watch import RobotView
+    from omnimate.files.logs.bus_events import NodeSeen
+    from omnimate.files.logs.live_table import LiveRow
     from omnimate.vehicle.parameters import VehicleParameters
 
 REFRESH = 0.25  # [s] between two snapshots
@@ -44,9 +48,36 @@ _BITS = {
     for extended in (False, True)
     for stuffed in (False, True)
 }
-
-
 Opener = Callable[[], can.BusABC]
+
+
+class Traffic(NamedTuple):
+    """How full the bus is."""
+
+    rate: float  # frames per second
+    least: float  # bits per second of classical frames without stuff bits
+    most: float  # bits per second of classical frames with every possible stuff bit
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """The bus at one moment."""
+
+    time: float  # when it was taken, as wall time [s], or the time in a log that is replayed
+    since: float  # time since the watch began [s]
+    frames: int  # number of frames so far
+    left_out: int  # number of frames that are none, or of identifiers beyond those that are counted
+    traffic: Traffic  # how full the bus is
+    rows: tuple[LiveRow, ...]  # frames by identifier
+    # last reported NMT state of each node, by interface and node id
+    nodes: Mapping[tuple[str, int], NodeSeen]
+    events: tuple[Event, ...]  # events in order of time
+    # PDO parameters that SDO traffic showed, by node, index and sub-index
+    seen: Mapping[tuple[int, int, int], int]
+    robot: RobotView | None  # where the robot is; None without a vehicle or before the first sample
+    lost: str | None  # why the bus cannot be read now; None where it can
+    recording: Path | None  # folder or file that is being recorded; None where none is
+    has_ended: bool  # whether it was a log, and its last frame was received
 
 
 class _Clock(WallClock):

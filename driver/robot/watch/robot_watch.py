@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, cast
 
 from omnimate.driver.canopen.network import FrameSink
 from omnimate.driver.robot.passive import PassiveReader
-from omnimate.driver.robot.watch.snapshot import RobotView
 from omnimate.files.logs.pdo_units import encoder_conversion
 from omnimate.vehicle.odometry import Odometer
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import can
 
     from omnimate.driver.bus.clock import Clock
@@ -23,6 +25,25 @@ if TYPE_CHECKING:
 
 LINKAGE: tuple[Channel, ...] = ("joint_a", "joint_b", "link")
 SPAN = 4  # views over which speeds are taken
+
+
+@dataclass(frozen=True, slots=True)
+class RobotView:
+    """Where the robot is by the last sample.
+
+    Attributes:
+        samples: Number of samples.
+        missing: Channels that the last sample lacks.
+        linkage: Angle of each joint [rad] and length of the link [m].
+        speeds: Speed of each wheel over the last second [m/s], by the time stamps of its frames.
+        poses: Pose of each truck by odometry, from zero at the first sample [m, m, rad].
+    """
+
+    samples: int
+    missing: tuple[Channel, ...]
+    linkage: Mapping[Channel, float]
+    speeds: Mapping[Channel, float]
+    poses: Mapping[TruckName, PoseTuple]
 
 
 class TappedBus(FrameSink, Protocol):
