@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.se2 import Array
 
+PAUSE = 1.0  # [s] without SYNC from which `time` is set to the clock (assumption)
+
 
 class AgedPoses:
     """The true poses of all trucks, from the oldest that may still be reported to the latest.
@@ -74,9 +76,6 @@ class AgedPoses:
 
     def _age(self, now: float) -> float:
         return sum(float(effect.age(np.array([now]), self._start)[0]) for effect in self._effects)
-
-
-PAUSE = 1.0  # [s] without SYNC from which `time` is set to the clock (assumption)
 
 
 class AlteredPath:

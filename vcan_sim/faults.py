@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from omnimate.vcan_sim.nodes.device import Device
 
-
 _KINDS: dict[str, Kind] = {"float": NUMBER, "int": INTEGER, "int | None": INTEGER, "str | None": BYTES}
 _DISTURBED = tuple(field.name for field in fields(Disturbance))
 _BOUNDS = {"node": (1.0, 127.0), "at": (0.0, math.inf), "duration": (0.0, math.inf)}

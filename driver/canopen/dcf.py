@@ -29,11 +29,13 @@ if TYPE_CHECKING:
     from omnimate.driver.canopen.sdo import Sdo
     from omnimate.vehicle.parameters import Encoder, VehicleParameters
 
-
 PDOS = range(RPDO, 0x1C00)  # communication and mapping parameters of all PDOs
 NEVER_WRITTEN = frozenset({0x1010, 0x1011})  # signatures that store and restore
 SYNC_PERIOD, SYNC_COUNTER = 0x1006, 0x1019  # the second can be changed while the first is 0 (CiA 301)
 IS_WRITABLE = frozenset({"rw", "wo", "rww", "rwr"})
+MAX_LISTED = 10  # differences from a DCF; `omnimate dcf compare` lists all
+# What vehicle.toml and the driver decide, besides PDOs: SYNC, heartbeats, and how a drive is commanded.
+OURS = frozenset({0x1005, 0x1006, 0x1016, 0x1017, 0x1019, 0x6007, 0x6040, 0x6060, 0x60FF})
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,11 +195,6 @@ def _communication(index: int) -> int:
 def _with_problem(difference: Difference, problems: dict[tuple[int, int], str]) -> Difference:
     problem = problems.get((difference.index, difference.subindex), difference.problem)
     return replace(difference, problem=problem)
-
-
-MAX_LISTED = 10  # differences from a DCF; `omnimate dcf compare` lists all
-# What vehicle.toml and the driver decide, besides PDOs: SYNC, heartbeats, and how a drive is commanded.
-OURS = frozenset({0x1005, 0x1006, 0x1016, 0x1017, 0x1019, 0x6007, 0x6040, 0x6060, 0x60FF})
 
 
 def load_descriptions(vehicle: VehicleParameters) -> dict[int, Eds]:

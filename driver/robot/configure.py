@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from omnimate.driver.robot.bus_load import BusLoad
     from omnimate.vehicle.parameters import Encoder, VehicleParameters
 
-
 # Transmission types (CiA 301, 7.5.2.37): an answer to every SYNC; by the event timer and at changes.
 ON_SYNC, AT_EVENTS = 1, (255, 254)
 GENERATES_SYNC = 1 << 30  # bit of 1005h (CiA 301, 7.5.2.5)

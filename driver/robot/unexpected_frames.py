@@ -23,7 +23,7 @@ MIN_SYNCS = 10  # SYNCs: a bus that starts up may send this many times `BABBLING
 
 
 class UnknownFrames:
-    """Counts frames that nothing expects, by identifier as text such as `3FFh` or `181h remote`."""
+    """Counts frames that nothing expects, also per node, in `kinds` such as `3FFh` or `181h remote`."""
 
     def __init__(self, counts: Mapping[int, NodeCounts]) -> None:
         self.kinds: dict[str, int] = {}

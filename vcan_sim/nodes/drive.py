@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from omnimate.vcan_sim.nodes.objects import Objects
     from omnimate.vcan_sim.nodes.sensor import Sensor
 
-
+_HALT = 0x0100  # bit 8 of the controlword
+_PROFILE_VELOCITY, _CYCLIC_VELOCITY = 3, 9  # modes of operation, 6060h
 _SHUTDOWN, _SWITCH_ON, _ENABLE = 0x06, 0x07, 0x0F
 _VOLTAGE, _NO_QUICK_STOP, _FAULT_RESET = 0x02, 0x04, 0x80
 
@@ -67,10 +68,6 @@ def statusword(state: PowerState, *, remote: bool, target_reached: bool, standin
     if state in _POWERED:
         word |= 0x10
     return word | remote << 9 | target_reached << 10 | standing << 12
-
-
-_HALT = 0x0100  # bit 8 of the controlword
-_PROFILE_VELOCITY, _CYCLIC_VELOCITY = 3, 9  # modes of operation, 6060h
 
 
 class AbortOption(IntEnum):

@@ -17,7 +17,6 @@ from omnimate.vcan_sim.errors import Abort, SdoAbort
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-
 EDS_FOLDER = Path(__file__).parent.parent / "eds"
 
 Key = tuple[int, int]
