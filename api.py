@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from omnimate.calib.apply import corrected_vehicle
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.paths.least_squares import PathCalibration, calibrate_truck
-from omnimate.driver.canopen.described import load_descriptions
+from omnimate.driver.canopen.dcf import load_descriptions
 from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.driver import open_driver as open_configured
 from omnimate.files.recordings.folder import load_recording, save_recording

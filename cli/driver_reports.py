@@ -10,7 +10,7 @@ from omnimate.cli.tables import new_table, show
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from omnimate.driver.robot.configuration import ConfigurationReport
+    from omnimate.driver.robot.configure import ConfigurationReport
     from omnimate.driver.robot.report import DriverReport
 
 MAX_SHOWN = 40  # events, and gaps

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
     from pathlib import Path
 
-    from omnimate.driver.robot.configuration import ConfigurationReport
+    from omnimate.driver.robot.configure import ConfigurationReport
     from omnimate.driver.robot.driver import Driver
     from omnimate.driver.robot.passive import PassiveReader
     from omnimate.driver.robot.recorder import Recorder

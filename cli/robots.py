@@ -56,8 +56,7 @@ def truth_of(
     Without a file of the true robot it is the nominal one with the errors of U Fig. 11.
     """
     from omnimate.effects.file import load_effects
-    from omnimate.vcan_sim.bumps import parse_bump
-    from omnimate.vcan_sim.floor import Floor
+    from omnimate.vcan_sim.floor import Floor, parse_bump
     from omnimate.vcan_sim.truth import Truth, uncalibrated
 
     true = uncalibrated(vehicle) if true_vehicle is None else load_vehicle(true_vehicle)

@@ -32,11 +32,7 @@ class DriverError(OmnimateError):
 
 
 class BusError(DriverError):
-    """A bus that cannot be opened, or that was lost and did not come back.
-
-    Attributes:
-        url: URL of the bus as it was given.
-    """
+    """A bus at `url` that cannot be opened, or that was lost and did not come back."""
 
     def __init__(self, url: str, problem: str) -> None:
         super().__init__(f"{url}: {problem}")
@@ -44,11 +40,7 @@ class BusError(DriverError):
 
 
 class BusLost(DriverError):  # noqa: N818  # a state of the bus that the driver recovers from
-    """The interface failed while sending or receiving.
-
-    Attributes:
-        cause: Text of the interface's error, in one line.
-    """
+    """The interface failed while sending or receiving; `cause` is its error's text in one line."""
 
     def __init__(self, error: Exception) -> None:
         cause = in_one_line(error)
@@ -59,11 +51,7 @@ class BusLost(DriverError):  # noqa: N818  # a state of the bus that the driver 
 
 
 class BusOverload(DriverError):  # noqa: N818  # named after what it says
-    """A configuration that would fill the bus.
-
-    Attributes:
-        load: Forecast share of the bus in use; 1 is full.
-    """
+    """A configuration that would fill the bus; `load` is the forecast share in use, 1 is full."""
 
     def __init__(self, load: float, limit: float, bitrate: int) -> None:
         super().__init__(
@@ -74,12 +62,7 @@ class BusOverload(DriverError):  # noqa: N818  # named after what it says
 
 
 class NodeError(DriverError):
-    """An error that concerns one node.
-
-    Attributes:
-        node: CANopen node id.
-        problem: What is wrong, without the node and without advice.
-    """
+    """An error that concerns one node; `problem` is without the node and without advice."""
 
     def __init__(self, node: int, problem: str, advice: str) -> None:
         super().__init__(f"node {node}: {problem}; {advice}")
@@ -88,11 +71,7 @@ class NodeError(DriverError):
 
 
 class NodeMissing(NodeError):  # noqa: N818  # named after what it says
-    """A node that does not answer SDO requests.
-
-    Attributes:
-        names: Channels that the node should measure, or drives that it should contain.
-    """
+    """A node that does not answer SDO requests; `names` are its channels and drives."""
 
     def __init__(self, node: int, names: Sequence[str]) -> None:
         super().__init__(
@@ -136,12 +115,7 @@ class WrongDevice(NodeError):  # noqa: N818  # named after what it says
 
 
 class SdoError(NodeError):
-    """An SDO transfer that failed.
-
-    Attributes:
-        index: Index of the object.
-        subindex: Sub-index of the object.
-    """
+    """An SDO transfer of the object `index`, `subindex` that failed."""
 
     def __init__(self, node: int, index: int, subindex: int, problem: str, advice: str) -> None:
         super().__init__(node, problem, advice)
@@ -164,11 +138,7 @@ class SdoSilent(SdoError):  # noqa: N818  # named after what it says
 
 
 class SdoRefused(SdoError):  # noqa: N818  # named after what it says
-    """A node that aborted an SDO transfer.
-
-    Attributes:
-        abort_code: SDO abort code as CiA 301 lists them.
-    """
+    """A node that aborted an SDO transfer with `abort_code`, as CiA 301 lists them."""
 
     def __init__(
         self, node: int, index: int, subindex: int, abort_code: int, access: Literal["read", "write"]
@@ -186,12 +156,7 @@ class SdoRefused(SdoError):  # noqa: N818  # named after what it says
 
 
 class NotTaken(SdoError):  # noqa: N818  # named after what it says
-    """A node that confirmed a value and shows another one when it is read back.
-
-    Attributes:
-        wrote: Value that was written.
-        reads: Value that was read back.
-    """
+    """A node that confirmed the value `wrote`, and `reads` another one when it is read back."""
 
     def __init__(self, node: int, index: int, subindex: int, wrote: int, reads: int) -> None:
         super().__init__(
@@ -211,11 +176,7 @@ class MappingImpossible(NodeError):  # noqa: N818  # named after what it says
 
 
 class DriveError(NodeError):
-    """A drive that does not reach a state of CiA 402.
-
-    Attributes:
-        status: Status word 6041h of the drive.
-    """
+    """A drive that does not reach a state of CiA 402; `status` is its status word 6041h."""
 
     def __init__(self, node: int, status: int, expected: str) -> None:
         super().__init__(
@@ -227,11 +188,7 @@ class DriveError(NodeError):
 
 
 class NotEnabled(DriverError):  # noqa: N818  # named after what it says
-    """A command while the drives are not enabled.
-
-    Attributes:
-        reason: Why the drives are not enabled.
-    """
+    """A command while the drives are not enabled, for a `reason`."""
 
     def __init__(self, reason: str, advice: str = "call enable() first") -> None:
         super().__init__(f"the drives are not enabled: {reason}; {advice}")
@@ -239,11 +196,7 @@ class NotEnabled(DriverError):  # noqa: N818  # named after what it says
 
 
 class DrivesStopped(DriverError):  # noqa: N818  # named after what it says
-    """A command after a drive has stopped all wheels.
-
-    Attributes:
-        troubles: What stopped them, the first one first.
-    """
+    """A command after a drive has stopped all wheels; of its `troubles` the first one is first."""
 
     def __init__(self, troubles: Sequence[Trouble], names: Mapping[int, str]) -> None:
         causes = [
@@ -264,11 +217,7 @@ class BadCommand(DriverError):  # noqa: N818  # named after what it says
 
 
 class EdsError(DriverError):
-    """An EDS or DCF file that cannot be read even tolerantly.
-
-    Attributes:
-        source: Path of the file.
-    """
+    """An EDS or DCF file, `source`, that cannot be read even tolerantly."""
 
     def __init__(self, source: str, problem: str) -> None:
         super().__init__(
@@ -279,11 +228,7 @@ class EdsError(DriverError):
 
 
 class NoSync(DriverError):  # noqa: N818  # named after what it says
-    """Neither SYNC nor a PDO of the vehicle on a bus that is only listened to.
-
-    Attributes:
-        waited: Time that was waited for the first SYNC [s].
-    """
+    """Neither SYNC nor a PDO of the vehicle in the time `waited` [s] on a bus that is only listened to."""
 
     def __init__(self, waited: float) -> None:
         super().__init__(

@@ -33,22 +33,14 @@ _EM_ROUNDS = 25  # iterations of expectation maximisation; the weights of the sc
 
 
 class NumberCode(NamedTuple):
-    """Code length of a column as one number, with the range of a counter.
+    """Code length of a column as one number, with the range of a counter."""
 
-    Attributes:
-        steps: Code length of all values but the first, modulo the range of the number [bits].
-        counter_range: Value at which the counter restarts from 0 before its bits are full; 0 for none
-            [counts].
-        counter_range_odds: log2 odds of that range against the full one [bits].
-        unsigned_wraps: Number of steps over the end of the unsigned range.
-        signed_wraps: Number of steps over the end of the two's complement range.
-    """
-
-    steps: float
+    steps: float  # code length of all values but the first, modulo the range of the number [bits]
+    # value at which the counter restarts from 0 before its bits are full; 0 for none [counts]
     counter_range: int
-    counter_range_odds: float
-    unsigned_wraps: int
-    signed_wraps: int
+    counter_range_odds: float  # log2 odds of that range against the full one [bits]
+    unsigned_wraps: int  # number of steps over the end of the unsigned range
+    signed_wraps: int  # number of steps over the end of the two's complement range
 
 
 def little_endian(data: NDArray[np.uint8]) -> Column:
@@ -275,13 +267,10 @@ def _bin(magnitude: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _scale_mixture_code(counts: NDArray[np.int64]) -> float:
-    """Return the code length of magnitudes by a mixture of normal distributions around 0.
+    """Return the code length of magnitudes, counted by bin in `(_BINS,)`, by a mixture of normals around 0.
 
     Their standard deviations are powers of the square root of 2. The weights are fitted by expectation
     maximisation; each one in use costs half of log2 of the number of values (Rissanen 1978).
-
-    Args:
-        counts: Number of magnitudes in each bin, `(_BINS,)`.
     """
     used = np.flatnonzero(counts)
     masses, wide = _bin_probabilities()

@@ -16,12 +16,7 @@ _NO_NODE = "Vector__XXX"  # DBC placeholder for an unknown node
 
 
 def learned_dbc(findings: Findings, meanings: dict[str, Meaning]) -> str:
-    """Return the text of a DBC file; signals whose sign is not identified are written as unsigned.
-
-    Args:
-        findings: Results of the analysis.
-        meanings: Names and meanings of its signals by label, from `meanings_of`.
-    """
+    """Return the text of a DBC file, with names of `meanings_of`; an unknown sign is written unsigned."""
     nodes = sorted(findings.network.nodes)
     messages = [_message(learned, meanings) for learned in findings.messages]
     heartbeats = [heartbeat_message(node, _NO_NODE) for node in nodes]

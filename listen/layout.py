@@ -52,36 +52,22 @@ Reading = tuple["Kind", bool | None]  # kind, and whether it is signed; None for
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A field of a layout.
+    """A field of a layout."""
 
-    Attributes:
-        start: Its lowest bit in the number that all bytes of the message make in its byte order.
-        bits: Its width.
-        is_big_endian: Whether its byte order is big-endian.
-        probability: Probability of exactly this field [0 to 1].
-        readings: Probability of each kind and sign, given the field; they add up to 1.
-    """
-
-    start: int
+    start: int  # its lowest bit in the number that all bytes of the message make in its byte order
     bits: int
-    is_big_endian: bool
-    probability: float
-    readings: Mapping[Reading, float]
+    is_big_endian: bool  # whether its byte order is big-endian
+    probability: float  # probability of exactly this field [0 to 1]
+    readings: Mapping[Reading, float]  # probability of each kind and sign, given the field; they add up to 1
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """The most probable layout of a message.
+    """The most probable layout of a message."""
 
-    Attributes:
-        fields: Its fields in the order of their bits.
-        big_endian_probability: Probability of the big-endian order [0 to 1].
-        log2_evidence: log2 of the joint probability of data and layouts, summed over all layouts.
-    """
-
-    fields: tuple[Field, ...]
-    big_endian_probability: float
-    log2_evidence: float
+    fields: tuple[Field, ...]  # its fields in the order of their bits
+    big_endian_probability: float  # probability of the big-endian order [0 to 1]
+    log2_evidence: float  # log2 of the joint probability of data and layouts, summed over all layouts
 
 
 def find_layout(
@@ -254,12 +240,7 @@ def _edges(words: Column, length: int) -> list[int]:
 
 
 class _Table:
-    """The weights of the readings of all possible fields of a message in one byte order.
-
-    Attributes:
-        edges: Candidate boundaries [bits].
-        readings: For each field, by the numbers of its two edges, the log2 weight of each reading.
-    """
+    """Weights of readings of all possible fields in one byte order, by the numbers of two `edges`."""
 
     def __init__(self, words: Column, length: int, direction: Direction) -> None:
         self.edges = _edges(words, length)
@@ -275,12 +256,8 @@ class _Table:
 class _Layouts:
     """Forward and backward sums over all layouts, for one byte order and one prior of widths.
 
-    All weights are log2.
-
-    Attributes:
-        weight: Weight of each field, by the numbers of its two edges.
-        total: Weight of all layouts together.
-        best_weight: Weight of the most probable layout.
+    All weights are log2: those of each field by the numbers of its two edges, the `total`, and the best
+    layout's.
     """
 
     def __init__(self, table: _Table, is_big_endian: bool, is_packed: bool, prior: float) -> None:

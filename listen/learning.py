@@ -44,25 +44,15 @@ class LearnedMessage:
 
 @dataclass(frozen=True)
 class Findings:
-    """Results of the analysis of a bus.
+    """Results of the analysis of a bus."""
 
-    Attributes:
-        start: Time of the first frame [s].
-        seconds: Time from the first frame to the last [s].
-        frames: Number of frames.
-        network: Nodes and services.
-        messages: Messages in the order of their identifiers.
-        shafts: Shafts whose movement is measured.
-        kinematics: Which of them are wheels, joints, sliders.
-    """
-
-    start: float
-    seconds: float
-    frames: int
-    network: Network
-    messages: tuple[LearnedMessage, ...]
-    shafts: tuple[Shaft, ...]
-    kinematics: Kinematics
+    start: float  # time of the first frame [s]
+    seconds: float  # time from the first frame to the last [s]
+    frames: int  # number of frames
+    network: Network  # nodes and services
+    messages: tuple[LearnedMessage, ...]  # messages in the order of their identifiers
+    shafts: tuple[Shaft, ...]  # shafts whose movement is measured
+    kinematics: Kinematics  # which of them are wheels, joints, sliders
 
 
 def learn_bus(
@@ -126,14 +116,9 @@ def _drive_nodes(network: Network, learned: Sequence[LearnedMessage]) -> set[int
 def _with_sign(signal: LearnedSignal, drives: set[int], rates: set[str]) -> LearnedSignal:
     """Return a signal with `signed` corrected if it is a number of 32 bits of unknown type.
 
-    Of a drive, a speed and a number that oscillates are signed, as all such objects of CiA 402 are. Any other
-    number, except a speed, may be a counter that passed 0 downwards, such as 6004h of CiA 406, which is
-    unsigned: its sign is not identified.
-
-    Args:
-        signal: The signal.
-        drives: Ids of the nodes that are CiA 402 drives.
-        rates: Labels of the signals that are speeds of a shaft.
+    Of a drive, a speed (`rates` has their labels) and a number that oscillates are signed, as all such
+    objects of CiA 402 are. Any other number, except a speed, may be a counter that passed 0 downwards, such
+    as 6004h of CiA 406, which is unsigned: its sign is not identified.
     """
     is_described = " " in signal.name or profile_reading(signal.name, signal.bits) is not None
     if signal.kind != "number" or signal.bits != 32 or is_described or signal.counter_range:

@@ -15,15 +15,10 @@ MAX_NAME_LENGTH = 32  # characters of a DBC name
 
 
 class Meaning(NamedTuple):
-    """Name and meaning of a signal.
+    """Name and meaning of a signal."""
 
-    Attributes:
-        name: Its name, unique in its message.
-        words: Its meaning as a phrase, such as `position of wheel 1`; empty if it is not identified.
-    """
-
-    name: str
-    words: str
+    name: str  # its name, unique in its message
+    words: str  # its meaning as a phrase, such as `position of wheel 1`; empty if it is not identified
 
 
 def meanings_of(findings: Findings) -> dict[str, Meaning]:

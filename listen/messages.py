@@ -24,27 +24,16 @@ TPDO_COB_IDS, RPDO_COB_IDS = (0x180, 0x280, 0x380, 0x480), (0x200, 0x300, 0x400,
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """The data frames of an identifier.
+    """The data frames of an identifier."""
 
-    Attributes:
-        can_id: Identifier without flag bits.
-        is_extended: Whether it has 29 bits.
-        time: Times of the frames [s], shape `(N,)`.
-        data: Their data, shape `(N, length)`; frames of another length are left out.
-        other_lengths: Number of frames that are left out because their length is another.
-        node: Node that sends or receives it by the predefined connections; 0 for none.
-        pdo_number: Number of the node's PDO, 1 to 4; 0 if it is no PDO.
-        direction: Whether the node sends or receives it; `unknown` if it is no PDO.
-    """
-
-    can_id: int
-    is_extended: bool
-    time: NDArray[np.float64]
-    data: NDArray[np.uint8]
-    other_lengths: int
-    node: int
-    pdo_number: int
-    direction: Direction
+    can_id: int  # identifier without flag bits
+    is_extended: bool  # whether it has 29 bits
+    time: NDArray[np.float64]  # times of the frames [s], shape `(N,)`
+    data: NDArray[np.uint8]  # their data, shape `(N, length)`; frames of another length are left out
+    other_lengths: int  # number of frames that are left out because their length is another
+    node: int  # node that sends or receives it by the predefined connections; 0 for none
+    pdo_number: int  # number of the node's PDO, 1 to 4; 0 if it is no PDO
+    direction: Direction  # whether the node sends or receives it; `unknown` if it is no PDO
 
     @property
     def name(self) -> str:

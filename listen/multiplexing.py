@@ -40,13 +40,7 @@ class Multiplexed(NamedTuple):
 def find_multiplexor(
     data: NDArray[np.uint8], plain: Layout, layout_of: Callable[[NDArray[np.uint8]], Layout]
 ) -> Multiplexed | None:
-    """Return the multiplexor of a message if it makes the description shorter; None otherwise.
-
-    Args:
-        data: Data of the frames, shape `(N, length)`.
-        plain: Their layout without a multiplexor.
-        layout_of: Returns the layout of frames: `find_layout` with direction and priors.
-    """
+    """Return the multiplexor of a message, `(N, length)`, if the description is then shorter than `plain`."""
     best: tuple[float, Multiplexed] | None = None
     for byte, values in _candidates(data):
         column = data[:, byte].astype(np.uint64)

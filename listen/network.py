@@ -35,51 +35,32 @@ MAX_STATES = 12  # changes of state of a node that are listed
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A node on the bus.
+    """A node on the bus."""
 
-    Attributes:
-        number: Its id.
-        states: Its first NMT states in words, in order, from heartbeats or answers to node guarding.
-        heartbeat: Its heartbeat period [s]; None without heartbeat.
-        is_guarded: Whether a master requests its state (node guarding).
-        boot_ups: Number of its boot-up messages.
-        emergencies: Number of EMCY messages by code, in words.
-        asked: Number of SDO requests to it.
-        profile: Number of its device profile (1000h), if it was read by SDO in the log; None otherwise.
-    """
-
-    number: int
+    number: int  # its id
+    # its first NMT states in words, in order, from heartbeats or answers to node guarding
     states: tuple[str, ...]
-    heartbeat: float | None
-    is_guarded: bool
-    boot_ups: int
-    emergencies: Mapping[str, int]
-    asked: int
+    heartbeat: float | None  # its heartbeat period [s]; None without heartbeat
+    is_guarded: bool  # whether a master requests its state (node guarding)
+    boot_ups: int  # number of its boot-up messages
+    emergencies: Mapping[str, int]  # number of EMCY messages by code, in words
+    asked: int  # number of SDO requests to it
+    # number of its device profile (1000h), if it was read by SDO in the log; None otherwise
     profile: int | None
 
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """Nodes and services of a CANopen bus.
+    """Nodes and services of a CANopen bus."""
 
-    Attributes:
-        nodes: The nodes by id.
-        sync_period: Median interval of SYNC [s]; None without SYNC.
-        sync_jitter: Standard deviation of its intervals, without lost SYNCs [s].
-        sync_overflow: Highest value of its counter (1019h); 0 without a counter.
-        sync_times: Times of the SYNCs [s], shape `(N,)`.
-        time_stamps: Number of TIME messages.
-        commands: Number of NMT commands by command, in words.
-        parameters: Values of PDO parameters in SDO traffic, by (node, index, sub-index).
-    """
-
-    nodes: Mapping[int, Node]
-    sync_period: float | None
-    sync_jitter: float
-    sync_overflow: int
-    sync_times: NDArray[np.float64]
-    time_stamps: int
-    commands: Mapping[str, int]
+    nodes: Mapping[int, Node]  # the nodes by id
+    sync_period: float | None  # median interval of SYNC [s]; None without SYNC
+    sync_jitter: float  # standard deviation of its intervals, without lost SYNCs [s]
+    sync_overflow: int  # highest value of its counter (1019h); 0 without a counter
+    sync_times: NDArray[np.float64]  # times of the SYNCs [s], shape `(N,)`
+    time_stamps: int  # number of TIME messages
+    commands: Mapping[str, int]  # number of NMT commands by command, in words
+    # values of PDO parameters in SDO traffic, by (node, index, sub-index)
     parameters: Mapping[tuple[int, int, int], int]
 
 

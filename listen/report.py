@@ -21,13 +21,7 @@ WIDTH = 80  # [characters] of a line
 
 
 def report_lines(findings: Findings, meanings: dict[str, Meaning], *, reasons: bool = True) -> Iterator[str]:
-    """Yield the lines of the report.
-
-    Args:
-        findings: Results of the analysis.
-        meanings: Names and meanings of its signals by label, from `meanings_of`.
-        reasons: Whether to include the reasons of each decision.
-    """
+    """Yield the lines of the report, with the names of `meanings_of`, and `reasons` if wanted."""
     yield f"{findings.frames} frames in {findings.seconds:.1f} s; nothing was sent"
     yield from _network(findings.network)
     yield ""
@@ -146,12 +140,7 @@ def _wrapped(text: str, indent: int) -> list[str]:
 
 
 def findings_as_json(findings: Findings, meanings: dict[str, Meaning]) -> dict[str, Any]:
-    """Return the findings as dictionaries and lists that can be written as JSON; times in seconds.
-
-    Args:
-        findings: Results of the analysis.
-        meanings: Names and meanings of its signals by label, from `meanings_of`.
-    """
+    """Return the findings as dictionaries and lists that can be written as JSON; times in seconds."""
     network = findings.network
     return {
         "frames": findings.frames,

@@ -32,21 +32,13 @@ LAGS = (-2, -1, 0, 1, 2, 3)  # [steps] trial delays of a filtered speed
 
 @dataclass(frozen=True)
 class Track:
-    """A signal resampled to the common clock.
-
-    Attributes:
-        signal: The signal.
-        start: Time at which the clock begins [s].
-        value: Its unwrapped value [counts], shape `(M,)`.
-        rate: Its rate by central differences [counts/s], shape `(M,)`.
-        noise: Limit of the rate's error by the resolution of one count [counts/s].
-    """
+    """A signal resampled to the common clock."""
 
     signal: LearnedSignal
-    start: float
-    value: NDArray[np.float64]
-    rate: NDArray[np.float64]
-    noise: float
+    start: float  # time at which the clock begins [s]
+    value: NDArray[np.float64]  # its unwrapped value [counts], shape `(M,)`
+    rate: NDArray[np.float64]  # its rate by central differences [counts/s], shape `(M,)`
+    noise: float  # limit of the rate's error by the resolution of one count [counts/s]
 
 
 @dataclass(frozen=True)
@@ -99,14 +91,10 @@ def _track(signal: LearnedSignal, clock: NDArray[np.float64]) -> Track:
 
 
 def find_shafts(tracks: Sequence[Track], drives: Collection[int]) -> list[Shaft]:
-    """Return the measured movements: each position with its copies and rates.
+    """Return the measured movements on one clock: each position with its copies and rates.
 
     Two positions in one message of a drive may be its demanded and its actual position. In a message of any
     other device they belong to two sensors, even if they move alike.
-
-    Args:
-        tracks: The signals, all on one clock.
-        drives: Ids of the nodes that are CiA 402 drives.
     """
     is_rate: dict[int, tuple[int, float, float]] = {}
     for number, track in enumerate(tracks):

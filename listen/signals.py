@@ -58,44 +58,27 @@ SignalKind = Literal[
 
 @dataclass(frozen=True)
 class LearnedSignal:
-    """A field of a message with its properties and their probabilities.
+    """A field of a message with its properties and their probabilities."""
 
-    Attributes:
-        can_id: Identifier of the message.
-        is_extended: Whether it has 29 bits.
-        node: Node that sends or receives it; 0 where that is not known.
-        start: Its lowest bit in the number that all bytes of the message make in its byte order.
-        bits: Its width.
-        length: Length of the message [bytes].
-        is_big_endian: Whether its byte order is big-endian.
-        boundaries_probability: Probability of start and width [0 to 1]; 1 if SDO traffic showed the mapping.
-        kind: Kind of its content; `cannot tell` if no kind has a probability above 0.5.
-        kind_probability: Probability of the kind, given the boundaries [0 to 1].
-        signed: Whether it is a two's complement number; None if that is not identified.
-        counter_range: Value at which it restarts from 0 before its bits are full; 0 for none [counts].
-        name: Name of the object by SDO traffic, such as `5.6064h Position actual value`; empty if not known.
-        time: Times of its values [s], shape `(N,)`.
-        raw: Its values as unsigned numbers, shape `(N,)`.
-        reasons: Sentences on how it was decided.
-        multiplexor_value: Value of the message's multiplexor with which it is sent; None for always.
-    """
-
-    can_id: int
-    is_extended: bool
-    node: int
-    start: int
-    bits: int
-    length: int
-    is_big_endian: bool
+    can_id: int  # identifier of the message
+    is_extended: bool  # whether it has 29 bits
+    node: int  # node that sends or receives it; 0 where that is not known
+    start: int  # its lowest bit in the number that all bytes of the message make in its byte order
+    bits: int  # its width
+    length: int  # length of the message [bytes]
+    is_big_endian: bool  # whether its byte order is big-endian
+    # probability of start and width [0 to 1]; 1 if SDO traffic showed the mapping
     boundaries_probability: float
-    kind: SignalKind
-    kind_probability: float
-    signed: bool | None
-    counter_range: int
+    kind: SignalKind  # kind of its content; `cannot tell` if no kind has a probability above 0.5
+    kind_probability: float  # probability of the kind, given the boundaries [0 to 1]
+    signed: bool | None  # whether it is a two's complement number; None if that is not identified
+    counter_range: int  # value at which it restarts from 0 before its bits are full; 0 for none [counts]
+    # name of the object by SDO traffic, such as `5.6064h Position actual value`; empty if not known
     name: str
-    time: NDArray[np.float64]
-    raw: NDArray[np.uint64]
-    reasons: tuple[str, ...] = field(default=())
+    time: NDArray[np.float64]  # times of its values [s], shape `(N,)`
+    raw: NDArray[np.uint64]  # its values as unsigned numbers, shape `(N,)`
+    reasons: tuple[str, ...] = field(default=())  # sentences on how it was decided
+    # value of the message's multiplexor with which it is sent; None for always
     multiplexor_value: int | None = None
 
     @property
@@ -139,9 +122,7 @@ class LearnedSignal:
 def learn_signals(message: Message, known: Sequence[Signal]) -> tuple[LearnedSignal, ...]:
     """Return the signals of a message: those of `known` if given, else those of its most probable layout.
 
-    Args:
-        message: The message.
-        known: Its fields by the mapping in SDO traffic; the bytes behind the last one are left out.
+    The bytes behind the last field in `known`, the mapping in SDO traffic, are left out.
     """
     if known:
         return tuple(
@@ -249,14 +230,7 @@ def _column(message: Message, start: int, bits: int, *, is_big_endian: bool) -> 
 
 
 def _signal(message: Message, layout_field: Field, order: float, spare: int) -> LearnedSignal:
-    """Return the signal of a field.
-
-    Args:
-        message: The message.
-        layout_field: The field.
-        order: Probability of its byte order [0 to 1].
-        spare: Number of bits above the field that never change.
-    """
+    """Return the signal of a field, above which `spare` bits never change; `order` is a probability."""
     raw = _column(message, layout_field.start, layout_field.bits, is_big_endian=layout_field.is_big_endian)
     kinds = _kinds(layout_field.readings)
     kind = max(kinds, key=lambda name: kinds[name])

@@ -46,23 +46,15 @@ MAX_SCALE_DIFFERENCE = (
 
 @dataclass(frozen=True)
 class Wheel:
-    """A wheel.
+    """A wheel."""
 
-    Attributes:
-        shaft: Its signals.
-        ratio: Its counts per count of the first wheel when the robot drives straight, with sign.
-        spread: Half the interquartile range of that ratio, relative to it.
-        truck: Number of its truck, 0 or 1; None if not identified.
-        side: Number of its side, 0 or 1; the bus does not show which is left. None if not identified.
-        forward: +1 if it counts up in the direction mostly driven, -1 if down; 0 if not identified.
-    """
-
-    shaft: Shaft
-    ratio: float
-    spread: float
-    truck: int | None
+    shaft: Shaft  # its signals
+    ratio: float  # its counts per count of the first wheel when the robot drives straight, with sign
+    spread: float  # half the interquartile range of that ratio, relative to it
+    truck: int | None  # number of its truck, 0 or 1; None if not identified
+    # number of its side, 0 or 1; the bus does not show which is left. None if not identified
     side: int | None
-    forward: int
+    forward: int  # +1 if it counts up in the direction mostly driven, -1 if down; 0 if not identified
 
     @property
     def has_exact_ratio(self) -> bool:
@@ -72,17 +64,11 @@ class Wheel:
 
 @dataclass(frozen=True)
 class OtherShaft:
-    """A shaft that is no wheel.
+    """A shaft that is no wheel."""
 
-    Attributes:
-        shaft: Its signals.
-        role: `joint of truck 1` or `2`, `slider`, or `cannot tell`.
-        share: Share of the variance of its rate that the wheels explain [0 to 1]; 0 if not computed.
-    """
-
-    shaft: Shaft
-    role: str
-    share: float
+    shaft: Shaft  # its signals
+    role: str  # `joint of truck 1` or `2`, `slider`, or `cannot tell`
+    share: float  # share of the variance of its rate that the wheels explain [0 to 1]; 0 if not computed
 
 
 @dataclass(frozen=True)
@@ -109,19 +95,12 @@ class Kinematics:
 
 @dataclass(frozen=True)
 class _Pair:
-    """Two shafts whose speeds have a constant ratio during a part of the travel.
+    """Two shafts whose speeds have a constant ratio during a part of the travel."""
 
-    Attributes:
-        ratio: Counts of the second shaft per count of the first one.
-        spread: Half the interquartile range of that ratio, relative to it.
-        share: Share of the travel with that ratio [0 to 1].
-        straight_odds: That share divided by the share of the opposite ratio (turns on the spot).
-    """
-
-    ratio: float
-    spread: float
-    share: float
-    straight_odds: float
+    ratio: float  # counts of the second shaft per count of the first one
+    spread: float  # half the interquartile range of that ratio, relative to it
+    share: float  # share of the travel with that ratio [0 to 1]
+    straight_odds: float  # that share divided by the share of the opposite ratio (turns on the spot)
 
 
 def find_wheels(shafts: Sequence[Shaft]) -> Kinematics:

@@ -1,24 +1,28 @@
 """The signal path of a robot with effects: at each stage the nominal physics of the plant, then the effects.
 
-The stages and their order are those of `effects.stages`. Effects get blocks of one step here, and blocks of a
-whole recording in a diagnosis, by the same code.
+The stages and their order are those of `effects.stages`; the last one are the poses as a measuring system
+reports them, of its reference point and with latency or clock drift (`AgedPoses`). Effects get blocks of one
+step here, and blocks of a whole recording in a diagnosis, by the same code.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from omnimate.effects.ageing import AgedSamples
 from omnimate.effects.block import LINKAGE, Block, wheel_number
+from omnimate.effects.effect import TRUCK
+from omnimate.effects.reference_offset import ReferenceOffset
 from omnimate.effects.stages import by_stage
-from omnimate.vcan_sim.aged_poses import AgedPoses
 from omnimate.vcan_sim.signal_path import disturb, glide, move, settle, turn_wheels
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from omnimate.effects.effect import Effect, Stage
     from omnimate.vehicle.compiled import Record
@@ -28,12 +32,54 @@ if TYPE_CHECKING:
 PAUSE = 1.0  # [s] without SYNC from which `time` is set to the clock (assumption)
 
 
-class AlteredPath:
-    """The step of a robot with effects, with the states of the effects.
+class AgedPoses:
+    """The true poses of all trucks, from the oldest that may still be reported to the latest.
 
-    Attributes:
-        time: Time at the end of the last step [s].
+    Args:
+        effects: Effects on the measured poses.
+        start_time: Time at the start of the drive [s].
     """
+
+    def __init__(self, effects: Iterable[Effect], start_time: float) -> None:
+        effects = tuple(effects)
+        self._effects = [effect for effect in effects if isinstance(effect, AgedSamples)]
+        self._offsets = [effect for effect in effects if isinstance(effect, ReferenceOffset)]
+        self._start = start_time
+        self._past: deque[tuple[float, Array]] = deque()
+
+    def add(self, time: float, poses: Array) -> None:
+        """Add the true poses `(T, 3)` at a time [s], and remove those too old to be reported."""
+        self._past.append((time, poses.copy()))
+        oldest = time - self._age(time) if self._effects else time
+        while len(self._past) > 2 and self._past[1][0] <= oldest:
+            self._past.popleft()
+
+    def reported(self, truck: int) -> Array:
+        """Return the pose `(3,)` of a truck's reference point that is reported at the time added last."""
+        pose = self._delayed(truck)
+        for effect in self._offsets:
+            if TRUCK.index(effect.component) == truck:
+                pose = effect.measured(pose)
+        return pose
+
+    def _delayed(self, truck: int) -> Array:
+        """Return the delayed pose `(3,)` of a truck."""
+        now, poses = self._past[-1]
+        if not self._effects:
+            return np.array(poses[truck])
+        time = np.array([time for time, _ in self._past])
+        values = np.stack([poses[truck] for _, poses in self._past])
+        age = self._age(now)
+        if age < 0.0 and len(time) > 1:  # extrapolated along the last step
+            return np.asarray(values[-1] - age * (values[-1] - values[-2]) / (time[-1] - time[-2]))
+        return np.array([np.interp(now - age, time, axis) for axis in values.T])
+
+    def _age(self, now: float) -> float:
+        return sum(float(effect.age(np.array([now]), self._start)[0]) for effect in self._effects)
+
+
+class AlteredPath:
+    """The step of a robot with effects, with the states of the effects, until `time` [s]."""
 
     def __init__(
         self,

@@ -12,7 +12,7 @@ from omnimate.vehicle.compiled import Record, layout, record
 from omnimate.vehicle.parameters import WHEELS
 
 if TYPE_CHECKING:
-    from omnimate.vcan_sim.bumps import Bump
+    from omnimate.vcan_sim.floor import Bump
     from omnimate.vcan_sim.truth import Truth
     from omnimate.vehicle.parameters import Encoder, VehicleParameters
 

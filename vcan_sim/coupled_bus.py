@@ -43,13 +43,10 @@ class _VehicleEnd(can.BusABC):
 
 
 class CoupledBus(can.BusABC):
-    """The master's end of a simulated vehicle's bus, for one thread.
+    """The master's end of the bus of a `simulated` vehicle, for one thread.
 
     With the clock "sync" the vehicle acts only within `send`. With the clock "wall", `simulated.poll()` must
     also be called when a timer ends (`simulated.wait`).
-
-    Attributes:
-        simulated: Simulated vehicle at the other end of the bus.
     """
 
     def __init__(
@@ -59,12 +56,7 @@ class CoupledBus(can.BusABC):
         faults: Iterable[DeviceFault] = (),
         clock: Literal["sync", "wall"] = "sync",
     ) -> None:
-        """Build the vehicle; its boot-up messages wait to be received.
-
-        Raises:
-            SimulationError: The vehicle's parameters cannot be realised by the simulated devices.
-            FaultError: The vehicle does not have the node of a fault.
-        """
+        """Build the vehicle, whose boot-up messages wait then; errors as of `SimulatedVehicle`."""
         self._end = _VehicleEnd()
         self.simulated = SimulatedVehicle(vehicle, plant, self._end, clock, faults)
         self.channel_info = f"simulated vehicle {vehicle.name}"
@@ -76,11 +68,7 @@ class CoupledBus(can.BusABC):
         self.simulated.receive(msg)
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
-        """Return the next frame; without one, wait for `timeout` [s] and return None.
-
-        Raises:
-            can.CanOperationError: No frame waits, and the time is not limited.
-        """
+        """Return the next frame, or None after `timeout` [s]; raises CanOperationError without one."""
         if self._end.sent:
             return self._end.sent.popleft()
         if timeout is None:

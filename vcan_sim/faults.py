@@ -1,24 +1,29 @@
-"""Faults of devices: one class for each, all in `FAULTS`, and the parser of their texts.
+"""Faults of devices: one class for each, all in `FAULTS`, the parser of their texts, and their schedule.
 
 `reboot:node=2,at=30` is the fault `reboot` of node 2 at 30 s. Most faults change the device's `Disturbance`
-while they last, and name the fields that they change.
+while they last: the fields that they have in common with it, and those in `flags`.
 """
 
 from __future__ import annotations
 
+import heapq
 import math
 from dataclasses import dataclass, fields, replace
 from functools import partial
+from itertools import count
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from omnimate.vcan_sim.errors import FaultError
 from omnimate.vcan_sim.key_values import BYTES, INTEGER, NUMBER, Kind, read_values
-from omnimate.vcan_sim.nodes.transmitter import NONE, Babble
+from omnimate.vcan_sim.nodes.transmitter import NONE, Babble, Disturbance
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
     from omnimate.vcan_sim.nodes.device import Device
 
 _KINDS: dict[str, Kind] = {"float": NUMBER, "int": INTEGER, "int | None": INTEGER, "str | None": BYTES}
+_DISTURBED = tuple(field.name for field in fields(Disturbance))
 _BOUNDS = {"node": (1.0, 127.0), "at": (0.0, math.inf), "duration": (0.0, math.inf)}
 
 
@@ -34,6 +39,7 @@ class DeviceFault:
 
     name: ClassVar[str]
     bounds: ClassVar[dict[str, tuple[float, float]]] = {}
+    flags: ClassVar[dict[str, Any]] = {}  # fields of `Disturbance` with a fixed value
 
     node: int
     at: float = 0.0
@@ -48,7 +54,7 @@ class DeviceFault:
 
     def changes(self) -> dict[str, Any]:
         """Return the fields of `Disturbance` that the fault changes while it lasts."""
-        return {}
+        return self.flags | {name: getattr(self, name) for name in _DISTURBED if hasattr(self, name)}
 
     def begin(self, device: Device, now: float) -> None:
         """Make the device faulty."""
@@ -65,10 +71,7 @@ class Silence(DeviceFault):
     """The device sends nothing, as with a broken transmit line; it still counts and receives."""
 
     name = "silence"
-
-    def changes(self) -> dict[str, Any]:
-        """Set `silent`."""
-        return {"silent": True}
+    flags: ClassVar[dict[str, Any]] = {"silent": True}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,12 +79,9 @@ class Reboot(DeviceFault):
     """The device loses power for `duration`, then boots: defaults, wheel counters at 0, pre-operational."""
 
     name = "reboot"
+    flags: ClassVar[dict[str, Any]] = {"off": True}
 
     duration: float = 0.3
-
-    def changes(self) -> dict[str, Any]:
-        """Set `off`."""
-        return {"off": True}
 
     def begin(self, device: Device, now: float) -> None:
         """Switch the device off."""
@@ -106,10 +106,6 @@ class WrongLength(DeviceFault):
     bounds: ClassVar[dict[str, tuple[float, float]]] = {"length": (0, 8)}
 
     length: int = 3
-
-    def changes(self) -> dict[str, Any]:
-        """Set `length`."""
-        return {"length": self.length}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,10 +137,7 @@ class FrozenCounter(DeviceFault):
     """The device answers in time, but with its last data, as with a broken encoder disc."""
 
     name = "frozen"
-
-    def changes(self) -> dict[str, Any]:
-        """Set `frozen`."""
-        return {"frozen": True}
+    flags: ClassVar[dict[str, Any]] = {"frozen": True}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -187,10 +180,6 @@ class ClockJitter(DeviceFault):
     late_by: float = 0.01
     late_every: int = 2
 
-    def changes(self) -> dict[str, Any]:
-        """Set `late_by` and `late_every`."""
-        return {"late_by": self.late_by, "late_every": self.late_every}
-
 
 FAULTS: tuple[type[DeviceFault], ...] = (
     Silence,
@@ -206,9 +195,8 @@ FAULTS: tuple[type[DeviceFault], ...] = (
 def parse_fault(text: str) -> DeviceFault:
     """Return the fault that a text such as `emcy:node=3,at=12.5,duration=2,code=0x5000` describes.
 
-    Raises:
-        FaultError: The name or a key is not known, the node is missing, or a value cannot be read or is
-            out of its bounds.
+    Raises FaultError for an unknown name or key, without a node, or for a value that is unreadable or out of
+    bounds.
     """
     name, _, rest = text.partition(":")
     faults = {fault.name: fault for fault in FAULTS}
@@ -219,3 +207,45 @@ def parse_fault(text: str) -> DeviceFault:
     if "node" not in values:
         raise FaultError(text, f"expected a node, as in `{name}:node=2`")
     return faults[name](**cast("dict[str, Any]", values))
+
+
+class FaultSchedule:
+    """Begins and ends faults as the clock passes their times; the next event is `due` [s]."""
+
+    def __init__(self, devices: Mapping[int, Device], faults: Iterable[DeviceFault]) -> None:
+        self._devices = devices
+        self._order = count()  # order of the events of one time
+        self._events: list[tuple[float, int, bool, DeviceFault]] = []
+        self.due = math.inf
+        for fault in faults:
+            self.check(fault)
+            self._add(fault.at, fault, begins=True)
+
+    def check(self, fault: DeviceFault) -> None:
+        """Raise FaultError if the fault's node is not on the bus."""
+        if fault.node not in self._devices:
+            nodes = ", ".join(str(node) for node in self._devices)
+            raise FaultError(
+                f"{fault.name}:node={fault.node}",
+                f"no node {fault.node} on this bus; expected one of {nodes}",
+            )
+
+    def begin(self, fault: DeviceFault, now: float) -> None:
+        """Begin a fault now [s], without regard to its `at`, and schedule its end."""
+        fault.begin(self._devices[fault.node], now)
+        if fault.duration < math.inf:
+            self._add(now + fault.duration, fault, begins=False)
+
+    def run(self, now: float) -> None:
+        """Begin and end the faults whose times have passed [s]."""
+        while self._events and self._events[0][0] <= now:
+            _, _, begins, fault = heapq.heappop(self._events)
+            if begins:
+                self.begin(fault, now)
+            else:
+                fault.end(self._devices[fault.node], now)
+        self.due = self._events[0][0] if self._events else math.inf
+
+    def _add(self, time: float, fault: DeviceFault, *, begins: bool) -> None:
+        heapq.heappush(self._events, (time, next(self._order), begins, fault))
+        self.due = self._events[0][0]

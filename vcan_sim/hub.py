@@ -55,11 +55,7 @@ class HubBus(can.BusABC):
 
 
 class HubClient(asyncio.Protocol):
-    """One TCP client: the dialogue that opens the bus, then frames in both directions.
-
-    Attributes:
-        name: Address of the client, for messages.
-    """
+    """One TCP client: the dialogue that opens the bus, then frames in both directions."""
 
     def __init__(self, hub: Hub) -> None:
         self._hub = hub
@@ -179,10 +175,7 @@ class HubClient(asyncio.Protocol):
 class Hub:
     """A CAN bus whose participants are TCP clients and buses in the hub's own event loop.
 
-    Attributes:
-        channel: Name by which clients open the bus.
-        max_unread: Amount of unread data after which a client that does not read is dropped [byte].
-        clients: Clients that are connected at the moment.
+    Clients open it as `channel`. One that leaves `max_unread` bytes unread is dropped.
     """
 
     def __init__(self, channel: str = "can0", max_unread: int = _MAX_UNREAD) -> None:
@@ -193,11 +186,7 @@ class Hub:
         self._server: asyncio.Server | None = None
 
     async def start(self, host: str, port: int) -> int:
-        """Listen; return the port, which the system chooses if `port` is 0.
-
-        Raises:
-            HubError: The address cannot be listened on.
-        """
+        """Listen; return the port, which the system chooses if `port` is 0; raises HubError."""
         try:
             self._server = await asyncio.get_running_loop().create_server(lambda: HubClient(self), host, port)
         except (OSError, OverflowError) as error:

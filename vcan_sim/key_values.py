@@ -35,15 +35,9 @@ BYTES = Kind(lambda text: bytes.fromhex(text)[:8].hex(), "hexadecimal digits")
 
 
 def read_values(text: str, kinds: Mapping[str, Kind], problem: Problem) -> dict[str, object]:
-    """Return the values of a list by their keys.
+    """Return the values of a list by their keys, of which `kinds` are allowed.
 
-    Args:
-        text: Pairs of `key=value` with commas between them; empty for no values.
-        kinds: The allowed keys, each with the kind of its value.
-        problem: Makes the error that is raised, from the description of the problem.
-
-    Raises:
-        Exception: The result of `problem`, for an unknown key or an invalid value.
+    Raises the result of `problem`, made from a description, for an unknown key or an invalid value.
     """
     values: dict[str, object] = {}
     for pair in filter(None, text.split(",")):

@@ -35,13 +35,7 @@ def _uniform(bits: np.uint64) -> float:
 
 @compiled
 def normal_pair(seed: int, stream: int, index: int) -> tuple[float, float]:
-    """Return two independent standard normal deviates, Box & Muller (1958).
-
-    Args:
-        seed: Seed of the whole simulation.
-        stream: Number of the source of noise.
-        index: Index in the stream, from 0; one for each pair.
-    """
+    """Return two independent standard normal deviates: number `index` of a stream, Box & Muller (1958)."""
     start = _mix(_mix(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
     state = start + np.uint64(2 * index) * _GOLDEN
     radius = math.sqrt(-2.0 * math.log(_uniform(_mix(state))))

@@ -11,27 +11,18 @@ if TYPE_CHECKING:
 
 
 class Odometry:
-    """The robot's own odometry.
+    """The robot's own odometry."""
 
-    Attributes:
-        started: 1 after the first sample.
-        counts: Unwrapped counts of truck a's wheels at the last sample.
-        scale: Travel per count of truck a's wheels [m].
-        wheelbase: Nominal wheelbase of truck a [m].
-        pose: Pose of truck a by dead reckoning [m, m, rad].
-        joint_scale: Angle per count of joint_a and joint_b [rad], and length per count of the link [m].
-        joint_zero: Counts of the joints at angle 0, and of the link at its length at rest.
-        link_length: Nominal length of the link at rest [m].
-    """
-
-    started: int
-    counts: Annotated[IntArray, 2]
-    scale: Annotated[Array, 2]
-    wheelbase: float
-    pose: Annotated[Array, 3]
+    started: int  # 1 after the first sample
+    counts: Annotated[IntArray, 2]  # unwrapped counts of truck a's wheels at the last sample
+    scale: Annotated[Array, 2]  # travel per count of truck a's wheels [m]
+    wheelbase: float  # nominal wheelbase of truck a [m]
+    pose: Annotated[Array, 3]  # pose of truck a by dead reckoning [m, m, rad]
+    # angle per count of joint_a and joint_b [rad], and length per count of the link [m]
     joint_scale: Annotated[Array, 3]
+    # counts of the joints at angle 0, and of the link at its length at rest
     joint_zero: Annotated[IntArray, 3]
-    link_length: float
+    link_length: float  # nominal length of the link at rest [m]
 
 
 def odometry_of(vehicle: "VehicleParameters") -> Record:

@@ -74,8 +74,7 @@ class Plant:
     def step(self, wheel_speeds: Sequence[float], dt: float) -> None:
         """Advance by `dt` [s] with commanded wheel speeds [rad/s] in the order of `vehicle.wheels`.
 
-        Raises:
-            ValueError: A speed is not a finite number, or there are too few or too many.
+        Raises ValueError for a speed that is not finite, or for too few or too many.
         """
         if len(wheel_speeds) != self._wheels or not all(map(math.isfinite, wheel_speeds)):
             raise ValueError(f"wheel speeds {wheel_speeds}; expected {self._wheels} finite numbers [rad/s]")

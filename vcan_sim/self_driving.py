@@ -21,10 +21,7 @@ if TYPE_CHECKING:
 class SelfDriving:
     """Source of wheel speeds for each SYNC, in place of the drives; 0 after the end of the program.
 
-    Attributes:
-        journal: Laps and measured poses so far, with times of `clock`.
-        runner: State of the program.
-        odometry: Odometry record `(1,)` of the robot.
+    The `journal` has laps and measured poses so far, with times of `clock`.
     """
 
     def __init__(
@@ -35,14 +32,9 @@ class SelfDriving:
         clock: Callable[[], float] = lambda: 0.0,
         on_fix: Callable[[Journal], None] = lambda _journal: None,
     ) -> None:
-        """Begin a program at the current pose of the plant.
+        """Begin a program at the current pose of the plant, with the clock of the journal [s].
 
-        Args:
-            vehicle: Nominal robot.
-            plant: Plant that the wheel speeds move.
-            program: Program to drive.
-            clock: Clock of the journal [s], for each SYNC.
-            on_fix: Function that is called after each absolute fix.
+        `on_fix` is called after each absolute fix.
         """
         self.journal = Journal(program)
         self.runner = Runner(program, vehicle)

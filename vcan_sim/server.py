@@ -21,12 +21,7 @@ if TYPE_CHECKING:
 
 
 class BusServer:
-    """Serves one simulated vehicle's bus.
-
-    Attributes:
-        hub: Bus that other processes join.
-        simulated: Vehicle on the bus.
-    """
+    """Serves one simulated vehicle's bus, the `hub`."""
 
     def __init__(
         self,
@@ -46,11 +41,7 @@ class BusServer:
             raise
 
     async def run(self, host: str, port: int, stop: asyncio.Event, on_ready: Callable[[int], None]) -> None:
-        """Serve until `stop` is set; `on_ready` is called with the port once clients may connect.
-
-        Raises:
-            HubError: The address cannot be listened on.
-        """
+        """Serve until `stop` is set; `on_ready` gets the port once clients may connect; raises HubError."""
         try:
             on_ready(await self.hub.start(host, port))
             self._poll()
@@ -82,10 +73,7 @@ def serve(
 ) -> None:
     """Serve a simulated vehicle's bus until SIGINT or SIGTERM; to be called in the main thread.
 
-    Raises:
-        HubError: The address cannot be listened on.
-        SimulationError: The vehicle's parameters cannot be realised by the simulated devices.
-        FaultError: The vehicle does not have the node of a fault.
+    Raises HubError where the address cannot be listened on, and the errors of `SimulatedVehicle`.
     """
     server = BusServer(vehicle, plant, faults, wheel_speeds)
 

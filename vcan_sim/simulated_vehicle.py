@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 import can
 
 from omnimate.vcan_sim.errors import SimulationError
-from omnimate.vcan_sim.fault_schedule import FaultSchedule
+from omnimate.vcan_sim.faults import FaultSchedule
 from omnimate.vcan_sim.nodes.build import build_devices
 from omnimate.vcan_sim.nodes.device import SYNC_ID
 from omnimate.vcan_sim.nodes.drive import DriveDevice
@@ -49,14 +49,8 @@ class SimulatedVehicle:
     With the clock "sync" the devices' time, for heartbeats, event timers and faults, is the number of SYNCs
     times the SYNC period, and does not depend on the machine. With the clock "wall" it is the monotonic time
     since the start, and timers run without SYNC, too. With both, the plant advances by one SYNC period for
-    each SYNC. The drives (6083h, 6084h) limit the acceleration to twice the vehicle's limit.
-
-    Attributes:
-        vehicle: Nominal parameters of the vehicle: node ids, COB-IDs, resolutions.
-        plant: Mechanics that the devices move and measure.
-        devices: Devices by their node ids.
-        syncs: Number of SYNCs received.
-        failure: Error that ended the thread; None if none did.
+    each SYNC. The drives (6083h, 6084h) limit the acceleration to twice the vehicle's limit. The `failure`
+    that ended the thread is an error; None without one.
     """
 
     def __init__(
@@ -124,11 +118,7 @@ class SimulatedVehicle:
     # Running
 
     def start(self) -> None:
-        """Process the frames of the bus in a thread, until `stop`.
-
-        Raises:
-            SimulationError: The thread has been started already.
-        """
+        """Process the frames of the bus in a thread, until `stop`; raises SimulationError if it runs."""
         if self._thread is not None:
             raise SimulationError("the simulated vehicle has been started already; stop it first")
         self._stopping.clear()
@@ -166,11 +156,7 @@ class SimulatedVehicle:
         return frames
 
     def inject(self, fault: DeviceFault) -> None:
-        """Begin a fault now, for its duration; may be called from any thread.
-
-        Raises:
-            FaultError: The vehicle does not have this node.
-        """
+        """Begin a fault now, from any thread; raises FaultError if the vehicle has no such node."""
         self._schedule.check(fault)
         self._injected.append(fault)
 

@@ -28,8 +28,7 @@ class CommandReader:
     def feed(self, data: bytes) -> list[str]:
         """Return the commands that `data` completes, without their brackets.
 
-        Raises:
-            ProtocolError: There is text between the commands, or a command does not end.
+        Raises ProtocolError for text between the commands, or a command that does not end.
         """
         *complete, self._rest = (self._rest + data).split(b">")
         if len(self._rest) > _LONGEST_COMMAND:
@@ -52,8 +51,7 @@ def _inner(part: bytes) -> str:
 def parse_send(command: str) -> can.Message | None:
     """Return the message of a `send 123 2 11 22`; None for a remote frame, which has a length but no data.
 
-    Raises:
-        ProtocolError: The text is no such command.
+    Raises ProtocolError for any other text.
     """
     words = command.split()
     if len(words) < 3 or words[0] != "send":

@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from omnimate.cli.descriptions import Descriptions
-    from omnimate.driver.robot.watch.bus_watch import BusWatch
-    from omnimate.driver.robot.watch.snapshot import Snapshot
+    from omnimate.driver.robot.watch.bus_watch import BusWatch, Snapshot
     from omnimate.files.logs.live_table import LiveRow
 
 EVENTS = 4  # lines

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from omnimate.cli.descriptions import Descriptions
     from omnimate.cli.monitor.app import MonitorApp
     from omnimate.cli.monitor.lines import Wanted
-    from omnimate.driver.robot.watch.bus_watch import BusWatch, Opener
-    from omnimate.driver.robot.watch.snapshot import Snapshot
+    from omnimate.driver.robot.watch.bus_watch import BusWatch, Opener, Snapshot
     from omnimate.files.logs.streaming import LogStream
     from omnimate.vehicle.parameters import VehicleParameters
 

@@ -32,19 +32,12 @@ _DOCUMENTED = re.compile(r":param\s+(?:[^:\n]*?\s)?(\w+)\s*:")
 
 @dataclass(frozen=True, slots=True)
 class BusUrl:
-    """The parts of a bus's URL.
+    """The parts of a bus's URL."""
 
-    Attributes:
-        text: URL as it was given.
-        interface: Name of python-can's interface.
-        channel: Channel of the interface; empty for its default.
-        options: Keys and values after the question mark; numbers and booleans are converted.
-    """
-
-    text: str
-    interface: str
-    channel: str
-    options: Mapping[str, Any]
+    text: str  # URL as it was given
+    interface: str  # name of python-can's interface
+    channel: str  # channel of the interface; empty for its default
+    options: Mapping[str, Any]  # keys and values after the question mark; numbers and booleans are converted
 
     @property
     def bitrate(self) -> int | None:
@@ -54,11 +47,7 @@ class BusUrl:
 
     @classmethod
     def of(cls, text: str) -> BusUrl:
-        """Return the parts of `interface://channel?key=value&key=value` or `interface:channel?...`.
-
-        Raises:
-            BusError: The text is no such URL, or a key is repeated.
-        """
+        """Return the parts of `interface:channel?key=value`, also with `//`; raises BusError for others."""
         match = _URL.fullmatch(text)
         if match is None:
             raise BusError(text, "no URL of a bus; expected interface://channel, such as socketcan://can0")
@@ -129,11 +118,7 @@ def _keys_of(kind: type[can.BusABC]) -> frozenset[str]:
 
 
 def _with_timing(url: BusUrl, options: Mapping[str, Any], known: Collection[str]) -> dict[str, Any]:
-    """Return the options with one `timing` instead of the keys that describe it.
-
-    Raises:
-        BusError: The interface takes no bit timing, or it is incomplete or impossible.
-    """
+    """Return the options with one `timing` instead of the keys that describe it; raises BusError."""
     if "timing" not in known:
         raise BusError(
             url.text, f"{url.interface} takes no bit timing; expected bitrate alone, or another adapter"

@@ -74,11 +74,7 @@ class Clock(Protocol):
         ...
 
     def frame_time(self, stamp: float) -> float:
-        """Return when a frame that was just read was on the bus [s], on the recording's clock.
-
-        Args:
-            stamp: Time stamp of the adapter [s]; 0 for none.
-        """
+        """Return when a frame just read with a `stamp` [s], or 0, was on the recording's clock [s]."""
         ...
 
     def sleep(self, seconds: float) -> None:
@@ -89,12 +85,7 @@ class Clock(Protocol):
 class WallClock(Clock):
     """SYNC at equal intervals of monotonic time; times are wall time that no clock adjustment moves.
 
-    Args:
-        period: Time between two SYNCs [s].
-
-    Attributes:
-        period: Time between two SYNCs [s].
-        skipped: Number of periods that have passed without a SYNC.
+    The `period` between two SYNCs is in [s]; `skipped` counts periods that have passed without a SYNC.
     """
 
     inline = False
@@ -141,11 +132,6 @@ class SyncClock(Clock):
         period: Time between two SYNCs [s].
         start: Time of SYNC 0 [s]; now where it is None.
         window: Host time in which the answers to a SYNC are awaited [s].
-
-    Attributes:
-        period: Time between two SYNCs [s].
-        window: Host time in which the answers to a SYNC are awaited [s].
-        start: Time of SYNC 0 [s].
     """
 
     inline = True

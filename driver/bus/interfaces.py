@@ -100,9 +100,6 @@ class FastVirtualBus(VirtualBus):
     """A virtual bus on the same channels as python-can's own.
 
     python-can makes a deep copy of every frame and limits the length of its queue; the driver needs neither.
-
-    Args:
-        channel: Name of the channel.
     """
 
     def __init__(self, channel: str) -> None:

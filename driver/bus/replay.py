@@ -20,20 +20,10 @@ if TYPE_CHECKING:
 
 
 class LogBus(can.BusABC):
-    """The frames of a log, one after the other, with the times of the log.
-
-    Attributes:
-        ended: Whether the last frame was received.
-        pace: How many times faster than recorded.
-    """
+    """The frames of a log, one after the other, with the times of the log, until it has `ended`."""
 
     def __init__(self, frames: Iterable[Frame], pace: float = 1.0) -> None:
-        """Begin with the first frame now.
-
-        Args:
-            frames: The frames in the order of their times.
-            pace: How many times faster than recorded.
-        """
+        """Begin with the first frame now; the frames, in order, come `pace` times faster than recorded."""
         super().__init__("log")
         self.channel_info = "log"
         self.pace = pace

@@ -39,17 +39,8 @@ def enable_drive(sdo: Sdo, pump: Callable[[float], None]) -> None:
     """Bring a drive to operation enabled in profile velocity mode at speed zero.
 
     A fault is reset, once the drive's reaction to it is over. A drive that stays in quick stop active (605Ah
-    from 5 on) does not take shutdown there: its voltage is disabled first (CiA 402-2, transition 12).
-
-    Args:
-        sdo: Objects of the drive's node.
-        pump: Reads and handles one frame, waiting for it at most so many seconds.
-
-    Raises:
-        DriveError: The drive does not reach a state.
-        NotTaken: The drive confirmed a value and kept another one.
-        SdoRefused: The drive aborts a transfer.
-        SdoSilent: The drive stops answering.
+    from 5 on) does not take shutdown there: its voltage is disabled first (CiA 402-2, transition 12). Raises
+    SdoRefused, SdoSilent or NotTaken, and DriveError for a state that it does not reach.
     """
     what = "the end of its fault reaction"
     status = _await(sdo, pump, lambda status: status & FAULT_MASK != FAULT_REACTION, what)
@@ -73,12 +64,7 @@ def enable_drive(sdo: Sdo, pump: Callable[[float], None]) -> None:
 
 
 def disable_drive(sdo: Sdo) -> None:
-    """Take the torque away.
-
-    Raises:
-        SdoRefused: The drive aborts the transfer.
-        SdoSilent: The drive stops answering.
-    """
+    """Take the torque away; raises SdoRefused or SdoSilent."""
     sdo.write(0x6040, 0, SHUTDOWN)
 
 

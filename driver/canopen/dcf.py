@@ -1,4 +1,7 @@
-"""The values that a DCF states for a device (ParameterValue, CiA 306): compared with it, or written."""
+"""The values that a DCF states for a device (ParameterValue, CiA 306): compared with it, or written.
+
+The EDS or DCF that `vehicle.toml` names for a node is compared with the node and with `vehicle.toml`, too.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from canopen.objectdictionary import ObjectDictionaryError
-from canopen.objectdictionary.datatypes import INTEGER_TYPES
+from canopen.objectdictionary.datatypes import INTEGER_TYPES, SIGNED_TYPES
 
+from omnimate.driver.canopen.eds import load_eds
 from omnimate.driver.canopen.object_values import decode, kind_of, variables_of
+from omnimate.driver.canopen.pdo_mapping import position_objects
 from omnimate.driver.canopen.pdo_parameters import INVALID, MAPPING, RPDO
 from omnimate.driver.errors import NotTaken, SdoRefused
 
@@ -19,33 +24,30 @@ if TYPE_CHECKING:
 
     from canopen.objectdictionary import ObjectDictionary, ODVariable
 
+    from omnimate.driver.canopen.eds import Eds
+    from omnimate.driver.canopen.pdo_mapping import Entry
     from omnimate.driver.canopen.sdo import Sdo
+    from omnimate.vehicle.parameters import Encoder, VehicleParameters
 
 PDOS = range(RPDO, 0x1C00)  # communication and mapping parameters of all PDOs
 NEVER_WRITTEN = frozenset({0x1010, 0x1011})  # signatures that store and restore
 SYNC_PERIOD, SYNC_COUNTER = 0x1006, 0x1019  # the second can be changed while the first is 0 (CiA 301)
 IS_WRITABLE = frozenset({"rw", "wo", "rww", "rwr"})
+MAX_LISTED = 10  # differences from a DCF; `omnimate dcf compare` lists all
+# What vehicle.toml and the driver decide, besides PDOs: SYNC, heartbeats, and how a drive is commanded.
+OURS = frozenset({0x1005, 0x1006, 0x1016, 0x1017, 0x1019, 0x6007, 0x6040, 0x6060, 0x60FF})
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """An object that is not as the DCF states.
-
-    Attributes:
-        index: Index of the object.
-        subindex: Sub-index of the object.
-        name: Name in the DCF.
-        stated: Value in the DCF.
-        found: Value in the device; None where it shows none.
-        problem: Why it shows none, or does not take the value; empty where it does.
-    """
+    """An object that is not as the DCF states."""
 
     index: int
     subindex: int
-    name: str
-    stated: float | str
-    found: float | str | None
-    problem: str = ""
+    name: str  # name in the DCF
+    stated: float | str  # value in the DCF
+    found: float | str | None  # value in the device; None where it shows none
+    problem: str = ""  # why it shows none, or does not take the value; empty where it does
 
     def in_words(self) -> str:
         """Return object, name and both values as a line."""
@@ -65,16 +67,9 @@ def differences(
     concerns: Callable[[int], bool] = lambda _index: True,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Iterator[Difference]:
-    """Yield the objects of a device that are not as a DCF states.
+    """Yield the objects of a device that are not as a DCF states; raises SdoSilent.
 
-    Args:
-        sdo: Objects of the device.
-        dictionary: What the DCF describes, for this node id.
-        concerns: Returns whether an index is to be compared.
-        progress: Called with the number of objects that have been read, and with how many there are.
-
-    Raises:
-        SdoSilent: The node stops answering.
+    `progress` gets the number of objects that have been read, and how many there are.
     """
     stated = [variable for variable in stated_values(dictionary) if concerns(variable.index)]
     for number, variable in enumerate(stated, start=1):
@@ -87,21 +82,11 @@ def differences(
 def write_values(
     sdo: Sdo, dictionary: ObjectDictionary, wrong: Sequence[Difference]
 ) -> tuple[Difference, ...]:
-    """Write what a DCF states and a device has otherwise; the node must be pre-operational.
+    """Write what a DCF states and a device has otherwise; return the objects that still differ.
 
-    A PDO is switched off while its parameters are written, and its entries are written while their number is
-    0 (CiA 301). What is read-only in the DCF, and the signatures in 1010h and 1011h, are not written.
-
-    Args:
-        sdo: Objects of the device.
-        dictionary: What the DCF describes, for this node id.
-        wrong: Differences, as of `differences`.
-
-    Returns:
-        Objects that still differ, with the problem.
-
-    Raises:
-        SdoSilent: The node stops answering.
+    The node must be pre-operational. A PDO is switched off while its parameters are written, and its entries
+    are written while their number is 0 (CiA 301). What is read-only in the DCF, and the signatures in 1010h
+    and 1011h, are not written. Raises SdoSilent.
     """
     numbers = {(variable.index, variable.subindex): variable for variable in stated_values(dictionary)}
     places = [(difference.index, difference.subindex) for difference in wrong]
@@ -119,11 +104,7 @@ def write_values(
 
 
 class _Writer:
-    """Writes the values of a DCF.
-
-    Attributes:
-        problems: Why objects were not written, by index and sub-index.
-    """
+    """Writes the values of a DCF; `problems` says by index and sub-index why some were not written."""
 
     def __init__(self, sdo: Sdo, variables: dict[tuple[int, int], ODVariable]) -> None:
         self.problems: dict[tuple[int, int], str] = {}
@@ -214,3 +195,55 @@ def _communication(index: int) -> int:
 def _with_problem(difference: Difference, problems: dict[tuple[int, int], str]) -> Difference:
     problem = problems.get((difference.index, difference.subindex), difference.problem)
     return replace(difference, problem=problem)
+
+
+def load_descriptions(vehicle: VehicleParameters) -> dict[int, Eds]:
+    """Return what the EDS and DCF files that a vehicle names describe, by node id; raises EdsError."""
+    return {node: load_eds(path, node) for node, path in vehicle.eds_files.items()}
+
+
+def description_remarks(sdo: Sdo, eds: Eds, encoders: Sequence[Encoder]) -> tuple[str, ...]:
+    """Return remarks for an operator: where a node differs from its description; raises SdoSilent."""
+    remarks = [_of_identity(sdo, eds)]
+    objects = position_objects(encoders)
+    remarks += [_of_position(encoder, objects[encoder.channel], eds) for encoder in encoders]
+    remarks += _of_values(sdo, eds)
+    return tuple(f"{eds.path.name}: {remark}" for remark in remarks if remark)
+
+
+def _of_identity(sdo: Sdo, eds: Eds) -> str:
+    information = eds.dictionary.device_information
+    for subindex, name, stated in (
+        (1, "vendor", information.vendor_number),
+        (2, "product", information.product_number),
+    ):
+        actual = sdo.find(0x1018, subindex) if stated else None
+        if actual not in {None, stated}:
+            return (
+                f"it describes {name} {stated:X}h, the device is of {name} {actual:X}h; is it the right file?"
+            )
+    return ""
+
+
+def _of_position(encoder: Encoder, entry: Entry, eds: Eds) -> str:
+    """Return how the description of the position object differs from vehicle.toml; empty if it agrees."""
+    variable = eds.dictionary.get_variable(entry.index, entry.subindex)
+    what = f"{encoder.channel}: {entry.index:04X}h:{entry.subindex:02X}"
+    if variable is None:
+        return f"{what} is not in it; let `object` in vehicle.toml name the position"
+    if len(variable) != encoder.bits:
+        return f"{what} has {len(variable)} bits; vehicle.toml says {encoder.bits}"
+    is_signed = variable.data_type in SIGNED_TYPES
+    if is_signed != encoder.signed and encoder.channel == "link":
+        return f"{what} is {'' if is_signed else 'un'}signed; vehicle.toml says the contrary"
+    return ""
+
+
+def _of_values(sdo: Sdo, eds: Eds) -> Iterator[str]:
+    """Yield where the device differs from its DCF, except in objects that vehicle.toml and the driver set."""
+    others = differences(sdo, eds.dictionary, lambda index: index not in OURS and index not in PDOS)
+    for number, difference in enumerate(others):
+        if number == MAX_LISTED:
+            yield "and more; `omnimate dcf compare` lists all"
+            return
+        yield difference.in_words()

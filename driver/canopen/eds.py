@@ -44,28 +44,17 @@ _KEYS = {key.lower(): key for key in (*_NUMBERS, *_VALUES, "ParameterName", "Acc
 
 @dataclass(frozen=True, slots=True)
 class Eds:
-    """A device description.
-
-    Attributes:
-        path: Path of the file.
-        dictionary: Object dictionary of the device, for one node id.
-        remarks: What was changed to read the file, with line numbers.
-    """
+    """A device description."""
 
     path: Path
-    dictionary: ObjectDictionary
-    remarks: tuple[str, ...]
+    dictionary: ObjectDictionary  # object dictionary of the device, for one node id
+    remarks: tuple[str, ...]  # what was changed to read the file, with line numbers
 
 
 def load_eds(path: Path | str, node: int) -> Eds:
-    """Return the object dictionary of an EDS or DCF file (CiA 306) for a node id.
+    """Return the object dictionary of an EDS or DCF file (CiA 306) for a node id, which replaces `$NODEID`.
 
-    Args:
-        path: Path of the file.
-        node: CANopen node id that replaces `$NODEID` in the file.
-
-    Raises:
-        EdsError: The file cannot be read even tolerantly.
+    Raises EdsError where the file cannot be read even tolerantly.
     """
     path = Path(path)
     try:

@@ -31,11 +31,7 @@ class Frames(Protocol):
 
 
 class LssMaster:
-    """The one LSS master of a bus; one request at a time.
-
-    Args:
-        frames: Where frames are sent and received.
-    """
+    """The one LSS master of a bus; one request at a time."""
 
     def __init__(self, frames: Frames) -> None:
         self._frames = frames

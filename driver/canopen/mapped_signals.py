@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from canopen.objectdictionary.datatypes import FLOAT_TYPES, SIGNED_TYPES
 
 from omnimate.driver.canopen.dictionary import standard_dictionary
+from omnimate.driver.canopen.object_values import default_of
 from omnimate.files.logs.seen_mapping import mapped_objects
 from omnimate.files.logs.signals import Signal
 
@@ -26,9 +27,8 @@ def default_objects(dictionary: ObjectDictionary, node: int) -> dict[tuple[int, 
     for index in PDO_PARAMETERS:
         if index in dictionary:
             for subindex in range(65):
-                variable = dictionary.get_variable(index, subindex)
-                value = None if variable is None else variable.value or variable.default
-                if isinstance(value, int):
+                value = default_of(dictionary, index, subindex)
+                if value is not None:
                     objects[node, index, subindex] = value
     return objects
 

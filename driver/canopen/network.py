@@ -53,11 +53,6 @@ class FrameSink(Protocol):
 class BusNetwork(Network):
     """canopen's network on a bus with a clock and a recorder, without a thread that reads in the background.
 
-    Args:
-        bus: Bus to send to and to receive from.
-        clock: The recording's clock.
-        recorder: Gets every frame that is sent or received; None for none.
-
     Attributes:
         can_bus: Bus to send to and to receive from.
         clock: The recording's clock.
@@ -101,11 +96,7 @@ class BusNetwork(Network):
         return sdo
 
     def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
-        """Send a frame with an 11-bit identifier; canopen sends through this method too.
-
-        Raises:
-            BusLost: The interface failed.
-        """
+        """Send a frame with an 11-bit identifier; canopen sends through this method too; raises BusLost."""
         self._send(
             can.Message(
                 arbitration_id=can_id, data=data, is_extended_id=False, is_remote_frame=remote, is_rx=False
@@ -114,27 +105,15 @@ class BusNetwork(Network):
         )
 
     def send_sync(self, at: float) -> None:
-        """Send SYNC, whose time is `at` [s].
-
-        Raises:
-            BusLost: The interface failed.
-        """
+        """Send SYNC, whose time is `at` [s]; raises BusLost."""
         self._send(self._sync, at)
 
     def nmt_command(self, command: int, node: int) -> None:
-        """Send an NMT command to a node, 0 for all.
-
-        Raises:
-            BusLost: The interface failed.
-        """
+        """Send an NMT command to a node, 0 for all; raises BusLost."""
         self.send_message(NMT_ID, bytes((command, node)))
 
     def receive(self, timeout: float) -> can.Message | None:
-        """Return the next frame, or None when `timeout` [s] has passed.
-
-        Raises:
-            BusLost: The interface failed.
-        """
+        """Return the next frame, or None when `timeout` [s] has passed; raises BusLost."""
         try:
             message = self.can_bus.recv(timeout)
         except (can.CanError, OSError) as error:
@@ -148,11 +127,7 @@ class BusNetwork(Network):
         return message
 
     def pump(self, timeout: float) -> None:
-        """Receive one frame, if one comes within `timeout` [s], and hand it to `handler`.
-
-        Raises:
-            BusLost: The interface failed.
-        """
+        """Receive one frame, if one comes within `timeout` [s], and hand it to `handler`; raises BusLost."""
         if self.on_wait is not None:
             self.on_wait()
             timeout = min(timeout, LONGEST_WAIT)
@@ -174,11 +149,7 @@ class BusNetwork(Network):
             self.on_unrecorded(at, error)
 
     def _put(self, message: can.Message) -> None:
-        """Hand a frame to the interface; wait a moment where its queue is full.
-
-        Raises:
-            BusLost: The interface failed, or its queue stays full.
-        """
+        """Hand a frame to the interface; wait while its queue is full; raises BusLost if it stays full."""
         end = time.monotonic() + QUEUE_TIME
         while True:
             try:

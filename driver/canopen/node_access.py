@@ -27,11 +27,7 @@ PERIOD = 1.0  # [s] between SYNCs of the clock, which sends none here
 
 
 class MasterActiveError(DriverError):
-    """A bus on which another master works.
-
-    Attributes:
-        url: URL of the bus.
-    """
+    """A bus on which another master works."""
 
     def __init__(self, url: str) -> None:
         super().__init__(
@@ -41,12 +37,7 @@ class MasterActiveError(DriverError):
 
 
 def require_no_other_master(bus: can.BusABC, url: str) -> None:
-    """Listen to a bus for a moment.
-
-    Raises:
-        MasterActiveError: Another master sends SYNC.
-        BusLost: The interface failed.
-    """
+    """Listen to a bus for a moment; raises MasterActiveError where another master sends SYNC, or BusLost."""
     end = time.monotonic() + LISTENING
     while (left := end - time.monotonic()) > 0.0:
         try:
@@ -66,18 +57,10 @@ def open_node(
     timeout: float = 0.5,
     writes: bool = False,
 ) -> Iterator[Sdo]:
-    """Give the objects of a node on a bus that is opened for them.
+    """Give the objects of a node on a bus that is opened for them; to write, no other master may work.
 
-    Args:
-        url: URL of the bus.
-        node: CANopen node id.
-        dictionary: Object dictionary of its EDS; None for that of the profiles.
-        timeout: Time in which an answer must come [s].
-        writes: Whether to refuse where another master works.
-
-    Raises:
-        BusError: The bus cannot be opened.
-        MasterActiveError: Another master works there, and the node is to be written.
+    Without a dictionary, that of the profiles is used; an answer must come within `timeout` [s]. Raises
+    BusError, or MasterActiveError where the node is to be written.
     """
     with open_bus(url) as bus:
         if writes:

@@ -77,17 +77,9 @@ class NodeConfiguration:
 
 
 def wake(sdo: Sdo, nmt: Callable[[int, int], None]) -> str | None:
-    """Bring a node that does not answer SDO back by NMT, where that is possible.
+    """Bring a node that does not answer SDO back by NMT, if that is possible; return how, in words.
 
-    Args:
-        sdo: Objects of the node.
-        nmt: Sends an NMT command to a node: command specifier, node id.
-
-    Returns:
-        What it took, in words; None where the node answered at once, or does not answer all the same.
-
-    Raises:
-        BusLost: The interface failed.
+    None where the node answered at once, or does not answer all the same. Raises BusLost.
     """
     if sdo.answers():
         return None
@@ -99,19 +91,10 @@ def wake(sdo: Sdo, nmt: Callable[[int, int], None]) -> str | None:
 
 
 def check_identity(sdo: Sdo, encoder: Encoder | None, configuration: NodeConfiguration) -> None:
-    """Check 1000h and 1018h of a node against its encoder's entry in `vehicle.toml`.
+    """Check 1000h and 1018h of a node against its encoder in `vehicle.toml`; of a drive, its presence.
 
-    Args:
-        sdo: Objects of the node.
-        encoder: Encoder whose profile, vendor, product and serial number are expected; None for a drive, of
-            which only the presence is checked.
-        configuration: Gets what was read and the remarks.
-
-    Raises:
-        NodeMissing: The node does not answer.
-        TwoDevices: Two devices answer.
-        WrongDevice: The node has another profile, vendor, product or serial number.
-        SdoSilent: The node stops answering.
+    Raises NodeMissing, TwoDevices or SdoSilent, and WrongDevice for another profile, vendor, product or
+    serial number.
     """
     try:
         device_type = sdo.find(0x1000) or 0
@@ -130,11 +113,9 @@ def check_identity(sdo: Sdo, encoder: Encoder | None, configuration: NodeConfigu
 
 
 def check_alone(sdo: Sdo) -> None:
-    """Check that one device answers under this node id: each request has one answer.
+    """Check that one device answers under this node id; raises SdoSilent, or TwoDevices where two do.
 
-    Raises:
-        TwoDevices: `MIN_DUPLICATES` of four requests were answered twice.
-        SdoSilent: The node stops answering.
+    Each request has one answer; `MIN_DUPLICATES` of four show a second device.
     """
     sdo.reset_duplicate_answers()
     for subindex in range(1, 5):
@@ -146,8 +127,7 @@ def check_alone(sdo: Sdo) -> None:
 def read_encoder(sdo: Sdo, encoders: Sequence[Encoder], configuration: NodeConfiguration) -> None:
     """Read the optional objects that a CiA 406 encoder has into `configuration.encoder_objects`.
 
-    Raises:
-        SdoSilent: The node stops answering.
+    Raises SdoSilent.
     """
     values = configuration.encoder_objects
     for index, name in ENCODER_OBJECTS:
@@ -195,17 +175,8 @@ def set_heartbeat(
 ) -> None:
     """Have the node produce a heartbeat (1017h), and note its period in `configuration.heartbeat`.
 
-    A heartbeat between `SHORTEST_MS` and `longest` is left as it is, and so is a node that refuses, with a
-    remark.
-
-    Args:
-        sdo: Objects of the node.
-        configuration: Gets the period, what was read or changed, and the remarks.
-        wanted: Period that is set [ms].
-        longest: Longest period that is left as it is [ms].
-
-    Raises:
-        SdoSilent: The node stops answering.
+    A heartbeat between `SHORTEST_MS` and `longest` [ms] is left as it is, and so is a node that refuses
+    `wanted` [ms], with a remark. Raises SdoSilent.
     """
     period = sdo.find(0x1017)
     if period is None:

@@ -38,8 +38,7 @@ class ValueTextError(DriverError):
 def place_of(text: str, dictionary: ObjectDictionary) -> tuple[int, int]:
     """Return index and sub-index of `6004`, `6004h`, `0x1018:4`, `1018h:04`, or of an object's name.
 
-    Raises:
-        ValueTextError: It is neither, or no object has this name.
+    Raises ValueTextError where it is neither, or no object has this name.
     """
     if match := _PLACE.fullmatch(text.strip()):
         return int(match[1], 16), int(match[2] or "0", 16)
@@ -57,6 +56,13 @@ def variables_of(dictionary: ObjectDictionary) -> Iterator[ODVariable]:
         else:
             for _, variable in sorted(entry.subindices.items()):
                 yield variable
+
+
+def default_of(dictionary: ObjectDictionary, index: int, subindex: int) -> int | None:
+    """Return the value that an EDS or DCF states for a number, None where it states none."""
+    variable = dictionary.get_variable(index, subindex)
+    value = None if variable is None else variable.value or variable.default
+    return value if isinstance(value, int) else None
 
 
 def kind_of(dictionary: ObjectDictionary, index: int, subindex: int) -> str | None:
@@ -81,8 +87,7 @@ def decode(data: bytes, kind: str | None) -> int | float | str:
 def encode(text: str, kind: str) -> bytes:
     """Return the bytes of a value that is written as `kind`; integers may be `0x1F` or `1Fh`.
 
-    Raises:
-        ValueTextError: The text is no such value, or does not fit.
+    Raises ValueTextError where the text is no such value, or does not fit.
     """
     try:
         if kind in FLOATS:

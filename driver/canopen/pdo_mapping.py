@@ -17,17 +17,11 @@ AXIS = 0x800  # between the objects of two axes of one CiA 402 device: two logic
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """An object in a PDO.
-
-    Attributes:
-        index: Index of the object.
-        subindex: Sub-index of the object.
-        bits: Width of the object in the PDO [bit].
-    """
+    """An object in a PDO."""
 
     index: int
     subindex: int
-    bits: int
+    bits: int  # width of the object in the PDO [bit]
 
     @property
     def value(self) -> int:
@@ -86,14 +80,9 @@ def holds(entries: Sequence[Entry], encoders: Sequence[Encoder], objects: dict[C
 
 
 def plan(encoders: Sequence[Encoder], objects: dict[Channel, Entry]) -> tuple[tuple[Entry, ...], ...]:
-    """Return the entries of one PDO in order; each is a tuple of alternatives, the best first.
+    """Return the entries of a PDO with the fields of encoders; each is a tuple, the best first.
 
-    Args:
-        encoders: Encoders whose fields the PDO carries.
-        objects: Position object of each channel.
-
-    Raises:
-        MappingImpossible: A gap between two fields is no whole number of bytes.
+    Raises MappingImpossible where a gap between two fields is no whole number of bytes.
     """
     slots: list[tuple[Entry, ...]] = []
     bit = 0

@@ -26,38 +26,23 @@ MAX_ENTRIES = 64  # of a mapping: 64 objects of one bit (CiA 301, 7.5.2.38)
 
 @dataclass(frozen=True, slots=True)
 class Transmission:
-    """When a PDO is sent.
+    """When a PDO is sent."""
 
-    Attributes:
-        type: Transmission type, sub-index 2; 1 is on every SYNC, 254 and 255 are at an event.
-        inhibit: Inhibit time, sub-index 3 [100 us].
-        timer: Event timer, sub-index 5 [ms].
-    """
-
-    type: int
-    inhibit: int = 0
-    timer: int = 0
+    type: int  # transmission type, sub-index 2; 1 is on every SYNC, 254 and 255 are at an event
+    inhibit: int = 0  # inhibit time, sub-index 3 [100 us]
+    timer: int = 0  # event timer, sub-index 5 [ms]
 
 
 @dataclass(frozen=True, slots=True)
 class PdoSetting:
-    """The parameters of a PDO as a device has them.
+    """The parameters of a PDO as a device has them."""
 
-    Attributes:
-        base: Index of the communication parameters, such as 1801h.
-        raw: COB-ID with its upper bits, sub-index 1.
-        transmission: Transmission type, sub-index 2; 1 is on every SYNC.
-        inhibit: Inhibit time, sub-index 3 [100 us]; None where the device has none.
-        timer: Event timer, sub-index 5 [ms]; None where the device has none.
-        entries: Mapped objects in order.
-    """
-
-    base: int
-    raw: int
-    transmission: int
-    inhibit: int | None
-    timer: int | None
-    entries: tuple[Entry, ...]
+    base: int  # index of the communication parameters, such as 1801h
+    raw: int  # COB-ID with its upper bits, sub-index 1
+    transmission: int  # transmission type, sub-index 2; 1 is on every SYNC
+    inhibit: int | None  # inhibit time, sub-index 3 [100 us]; None where the device has none
+    timer: int | None  # event timer, sub-index 5 [ms]; None where the device has none
+    entries: tuple[Entry, ...]  # mapped objects in order
 
     @property
     def cob_id(self) -> int:
@@ -84,8 +69,7 @@ class PdoSetting:
 def read_pdo(sdo: Sdo, base: int) -> PdoSetting | None:
     """Return a PDO of the device, or None where it has none with these communication parameters.
 
-    Raises:
-        SdoSilent: The node stops answering.
+    Raises SdoSilent.
     """
     raw = sdo.find(base, 1)
     if raw is None:
@@ -97,11 +81,7 @@ def read_pdo(sdo: Sdo, base: int) -> PdoSetting | None:
 
 
 def read_pdos(sdo: Sdo, base: int) -> tuple[PdoSetting, ...]:
-    """Return the PDOs that the device has among the first four; `base` is TPDO or RPDO.
-
-    Raises:
-        SdoSilent: The node stops answering.
-    """
+    """Return the PDOs that the device has among the first four; `base` is TPDO or RPDO; raises SdoSilent."""
     settings = (read_pdo(sdo, base + number) for number in PDO_NUMBERS)
     return tuple(setting for setting in settings if setting is not None)
 
@@ -117,20 +97,11 @@ def write_pdo(
 
     The order is that of CiA 301: bit 31 set, transmission type, inhibit time and event timer, count 0,
     entries, count, bit 31 cleared. Bit 30 stays as the device had it. Nothing is written that holds already.
+    Of `choices` the first that the device takes is used; each of `slots` is a sequence of alternatives, the
+    best first, and None leaves the mapping as it is.
 
-    Args:
-        sdo: Objects of the node.
-        old: PDO as it is.
-        cob_id: New COB-ID.
-        choices: Transmissions, the best first; the first that the device takes is used.
-        slots: Entries to map in order; each is a sequence of alternatives, the best first. None where the
-            mapping stays.
-
-    Raises:
-        MappingImpossible: The device cannot map what is needed, or does not take the COB-ID.
-        NotTaken: The node confirmed a value and kept another one.
-        SdoRefused: The node refuses every transmission.
-        SdoSilent: The node stops answering.
+    Raises MappingImpossible where the device cannot map what is needed or does not take the COB-ID,
+    SdoRefused where it refuses every transmission, NotTaken or SdoSilent.
     """
     is_off = _switch_off_where_possible(sdo, old, cob_id)
     _set_transmission(sdo, old, choices)
@@ -150,12 +121,7 @@ def write_pdo(
 
 
 def switch_off(sdo: Sdo, setting: PdoSetting) -> None:
-    """Set bit 31 of a PDO's COB-ID.
-
-    Raises:
-        SdoRefused: The node aborts the transfer.
-        SdoSilent: The node stops answering.
-    """
+    """Set bit 31 of a PDO's COB-ID; raises SdoRefused or SdoSilent."""
     sdo.write(setting.base, 1, setting.raw | INVALID)
 
 

@@ -40,12 +40,6 @@ class Sdo(SdoClient):
     another object, or to a download while the object is uploaded, are dropped; canopen takes them for the
     answer to its last request. Numbers are unsigned when read; negative ones are written as two's complement.
 
-    Args:
-        node: CANopen node id of the server.
-        dictionary: Object dictionary of the node.
-        network: Network that sends the requests.
-        pump: Reads and handles one frame, waiting for it at most so many seconds.
-
     Attributes:
         node: CANopen node id of the server.
         max_responses: How many answers are accepted in one transfer.
@@ -92,12 +86,7 @@ class Sdo(SdoClient):
         return True
 
     def read(self, index: int, subindex: int = 0) -> int:
-        """Return an object as an unsigned number.
-
-        Raises:
-            SdoRefused: The node aborts the transfer.
-            SdoSilent: The node does not answer.
-        """
+        """Return an object as an unsigned number; raises SdoRefused or SdoSilent."""
         return int.from_bytes(self._transfer(index, subindex, None), "little")
 
     def read_bytes(self, index: int, subindex: int = 0) -> bytes:
@@ -112,9 +101,7 @@ class Sdo(SdoClient):
         """Return an object as an unsigned number, or None where the device refuses to show one.
 
         Devices have many abort codes for an object that they do not have, so that any of them means that.
-
-        Raises:
-            SdoSilent: The node does not answer.
+        Raises SdoSilent.
         """
         try:
             return self.read(index, subindex)
@@ -124,23 +111,15 @@ class Sdo(SdoClient):
     def write(self, index: int, subindex: int, value: int) -> None:
         """Write an object in its standard size, or in the size of the device's object where that differs.
 
-        Raises:
-            SdoRefused: The node aborts the transfer.
-            SdoSilent: The node does not answer.
+        Raises SdoRefused or SdoSilent.
         """
         before = None if self._written is None else self.find(index, subindex)
         self._write(index, subindex, value, before)
 
     def put(self, index: int, subindex: int, value: int) -> bool:
-        """Write an object where it has another value, and read it back where it can be read.
+        """Write an object that has another value, and read it back if it can be; return whether it had.
 
-        Returns:
-            Whether it had another value before.
-
-        Raises:
-            NotTaken: The node confirmed the value and kept another one.
-            SdoRefused: The node aborts the transfer.
-            SdoSilent: The node does not answer.
+        Raises NotTaken, SdoRefused or SdoSilent.
         """
         wanted = value % (1 << 8 * self._size(index, subindex))
         before = self.find(index, subindex)
@@ -153,19 +132,11 @@ class Sdo(SdoClient):
         return True
 
     def ask(self, index: int, subindex: int = 0) -> None:
-        """Request an object without waiting; the answer goes to the monitor of the bus.
-
-        Raises:
-            BusLost: The interface failed.
-        """
+        """Request an object without waiting; the answer goes to the monitor of the bus; raises BusLost."""
         self._request(UPLOAD, index, subindex, b"")
 
     def post(self, index: int, subindex: int, value: int) -> None:
-        """Write an object in its standard size without waiting for the confirmation.
-
-        Raises:
-            BusLost: The interface failed.
-        """
+        """Write an object in its standard size without waiting for the confirmation; raises BusLost."""
         size = self._size(index, subindex)
         self._request(DOWNLOAD | (4 - size) << 2, index, subindex, _pack(value, size))
 
@@ -186,12 +157,7 @@ class Sdo(SdoClient):
             super().on_response(can_id, data, timestamp)  # type: ignore[no-untyped-call]  # canopen
 
     def read_response(self) -> bytes:
-        """Return the next answer; canopen calls this.
-
-        Raises:
-            SdoAbortedError: The node refuses.
-            SdoCommunicationError: The node does not answer in time, or does not stop answering.
-        """
+        """Return the next answer; canopen calls this, and takes SdoAbortedError or SdoCommunicationError."""
         self._responses_left -= 1
         if self._responses_left < 0:
             raise SdoCommunicationError("the answer does not end")

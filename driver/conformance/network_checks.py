@@ -32,8 +32,6 @@ from omnimate.files.logs.canopen_words import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from omnimate.driver.conformance.probe import Probe
 
 PERIOD = 0.1  # [s] of the heartbeat in the checks
@@ -75,13 +73,13 @@ def reset_communication(probe: Probe) -> None:
 
 def states(probe: Probe) -> None:
     """Start, stop and enter pre-operational lead to the states that the heartbeat reports."""
-    state_of = _state_reader(probe)
+    has_heartbeat = probe.find(0x1017) is not None
     with probe.restoring((0x1017, 0, 2)):
         _begin_heartbeat(probe)
         try:
             for command, expected in STATES.items():
                 probe.nmt(command)
-                state = state_of(probe)
+                state = _state(probe, has_heartbeat=has_heartbeat)
                 expect(
                     state == expected,
                     f"state {state:02X}h after NMT {command:02X}h; expected {expected:02X}h",
@@ -103,7 +101,7 @@ def stopped_is_silent(probe: Probe) -> None:
 
 def foreign_commands(probe: Probe) -> None:
     """Unknown NMT commands, and those of another node, change nothing."""
-    state_of = _state_reader(probe)
+    has_heartbeat = probe.find(0x1017) is not None
     with probe.restoring((0x1017, 0, 2)):
         _begin_heartbeat(probe)
         probe.nmt(NMT_PRE_OPERATIONAL)
@@ -112,7 +110,7 @@ def foreign_commands(probe: Probe) -> None:
             probe.send(NMT_ID, data)
         if not _is_there(probe, other):
             probe.send(NMT_ID, bytes([NMT_START, other]))
-        state = state_of(probe)
+        state = _state(probe, has_heartbeat=has_heartbeat)
         expect(state == 0x7F, f"state {state:02X}h; expected pre-operational, 7Fh, as before")
 
 
@@ -303,18 +301,12 @@ def _begin_heartbeat(probe: Probe) -> None:
         probe.write(0x1017, 0, round(PERIOD * 1000), 2)
 
 
-def _state_reader(probe: Probe) -> Callable[[Probe], int]:
-    """Return the function that reads the NMT state: by the heartbeat, else by node guarding."""
-    return _heartbeat_state if probe.find(0x1017) is not None else _guarded_state
-
-
-def _heartbeat_state(probe: Probe) -> int:
-    heard = probe.heartbeats(2.5 * PERIOD)
-    expect(heard, "no heartbeat")
-    return heard[-1].data[0] & 0x7F
-
-
-def _guarded_state(probe: Probe) -> int:
+def _state(probe: Probe, *, has_heartbeat: bool) -> int:
+    """Return the NMT state by the heartbeat, or by node guarding."""
+    if has_heartbeat:
+        heard = probe.heartbeats(2.5 * PERIOD)
+        expect(heard, "no heartbeat")
+        return heard[-1].data[0] & 0x7F
     answer = probe.guard()
     if answer is None:
         raise ConformanceError("neither a heartbeat nor an answer to node guarding")

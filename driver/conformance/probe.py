@@ -28,16 +28,10 @@ NOT_STORED, LOCAL_CONTROL, DEVICE_STATE = 0x08000020, 0x08000021, 0x08000022
 
 
 class Reply(NamedTuple):
-    """A frame that was received.
+    """A frame that was received."""
 
-    Attributes:
-        time: Time on the probe's clock [s].
-        can_id: 11-bit identifier.
-        data: Data bytes.
-    """
-
-    time: float
-    can_id: int
+    time: float  # time on the probe's clock [s]
+    can_id: int  # 11-bit identifier
     data: bytes
 
 
@@ -50,11 +44,7 @@ class AbsentError(DriverError):
 
 
 class AbortedError(DriverError):
-    """An SDO transfer that the device aborted.
-
-    Attributes:
-        code: SDO abort code.
-    """
+    """An SDO transfer that the device aborted with `code`."""
 
     def __init__(self, index: int, subindex: int, code: int) -> None:
         super().__init__(f"{index:04X}h:{subindex:02X} aborted with {code:08X}h")
@@ -62,18 +52,7 @@ class AbortedError(DriverError):
 
 
 class Probe:
-    """One node of a bus, seen by raw frames.
-
-    Args:
-        bus: Bus to send to and to receive from.
-        node: CANopen node id.
-        timeout: Time in which an answer must come [s].
-        clock: Monotonic time [s]; that of the host where it is None.
-
-    Attributes:
-        node: CANopen node id.
-        timeout: Time in which an answer must come [s].
-    """
+    """One node of a bus, seen by raw frames, whose answers must come within `timeout` [s]."""
 
     def __init__(
         self, bus: can.BusABC, node: int, timeout: float = 0.5, clock: Callable[[], float] | None = None
@@ -82,11 +61,7 @@ class Probe:
         self._bus, self._clock = bus, clock or time.monotonic
 
     def send(self, can_id: int, data: bytes = b"", *, remote: bool = False) -> None:
-        """Send a frame; a remote one asks for one byte.
-
-        Raises:
-            BusLost: The interface failed.
-        """
+        """Send a frame; a remote one asks for one byte; raises BusLost."""
         frame = can.Message(
             arbitration_id=can_id, data=None if remote else data, dlc=1 if remote else None,
             is_remote_frame=remote, is_extended_id=False,
@@ -99,8 +74,7 @@ class Probe:
     def listen(self, seconds: float, until: Callable[[Reply], bool] = lambda _reply: False) -> list[Reply]:
         """Return the frames of the next seconds, or up to the first frame for which `until` holds.
 
-        Raises:
-            BusLost: The interface failed.
+        Raises BusLost.
         """
         end, replies = self._clock() + seconds, list[Reply]()
         while True:
@@ -147,11 +121,9 @@ class Probe:
         return self.await_sdo()
 
     def dialogue(self, index: int, subindex: int, command: int, data: bytes = b"") -> bytes:
-        """Send an SDO request about an object and return the answer.
+        """Send an SDO request about an object and return the answer; raises AbortedError.
 
-        Raises:
-            AbortedError: The device aborts.
-            ConformanceError: It does not answer, or with another length, or about another object.
+        Raises ConformanceError without an answer, or for one of another length or about another object.
         """
         head = index.to_bytes(2, "little") + bytes([subindex])
         answer = self.ask((bytes([command]) + head + data).ljust(8, b"\0"))
@@ -182,12 +154,7 @@ class Probe:
                 return data
 
     def segment(self, request: bytes) -> bytes:
-        """Send a request that names no object and return the answer.
-
-        Raises:
-            AbortedError: The device aborts.
-            ConformanceError: It does not answer.
-        """
+        """Send a request that names no object and return the answer; errors as of `dialogue`."""
         answer = self.ask(request)
         if answer is None or len(answer) != 8:
             raise ConformanceError(f"no answer of 8 bytes to SDO request {request.hex()}")
@@ -209,12 +176,7 @@ class Probe:
             return None
 
     def need(self, index: int, subindex: int = 0) -> int:
-        """Return an object as a number.
-
-        Raises:
-            AbsentError: The device does not have it.
-            ConformanceError: It does not answer.
-        """
+        """Return an object as a number; raises AbsentError, or ConformanceError without an answer."""
         value = self.find(index, subindex)
         if value is None:
             raise AbsentError(f"no {index:04X}h:{subindex:02X}")
@@ -257,11 +219,7 @@ class Probe:
         return self.await_frame(HEARTBEAT + self.node)
 
     def reset(self, command: int) -> None:
-        """Reset the node and wait for its boot-up.
-
-        Raises:
-            ConformanceError: There is none in time.
-        """
+        """Reset the node and wait for its boot-up; raises ConformanceError where there is none in time."""
         self.listen(0.0)
         self.send(NMT_ID, bytes([command, self.node]))
         boot = self.await_frame(HEARTBEAT + self.node, BOOT_TIMEOUT)

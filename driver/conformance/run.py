@@ -27,19 +27,12 @@ EFFECTS: tuple[Effect, ...] = ("reads", "writes", "resets", "stores")
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One demand of a standard.
+    """One demand of a standard."""
 
-    Attributes:
-        standard: Standard that asks for it.
-        subject: Object or service that it concerns.
-        run: Raises what is wrong; its docstring is the demand.
-        effect: What it does to the device: it reads, writes and puts back, changes the NMT state or resets,
-            or stores.
-    """
-
-    standard: str
-    subject: str
-    run: Callable[[Probe], None]
+    standard: str  # standard that asks for it
+    subject: str  # object or service that it concerns
+    run: Callable[[Probe], None]  # raises what is wrong; its docstring is the demand
+    # what it does to the device: it reads, writes and puts back, changes the NMT state or resets, or stores
     effect: Effect = "reads"
 
     @property
@@ -138,15 +131,9 @@ CHECKS: tuple[Check, ...] = tuple(
 
 
 def conform(probe: Probe, most: Effect = "resets") -> Iterator[Result]:
-    """Run the checks against a node, which is pre-operational at the end.
+    """Run the checks against a node that do no more to it than `most`; it is pre-operational at the end.
 
-    Args:
-        probe: The node.
-        most: What may be done to the device: checks that do more are left out.
-
-    Raises:
-        BusLost: The interface failed.
-        ConformanceError: The node does not answer SDO at all.
+    Raises BusLost, or ConformanceError where the node does not answer SDO at all.
     """
     allowed = EFFECTS[: EFFECTS.index(most) + 1]
     probe.read(0x1000)

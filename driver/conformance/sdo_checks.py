@@ -234,10 +234,8 @@ def _refused_length(probe: Probe, size: int) -> None:
 def _restored_heartbeat_time(probe: Probe) -> Iterator[int]:
     """Yield 1017h [ms] and write it back at the end; raise AbsentError where there is none."""
     before = probe.need(HEARTBEAT_TIME)
-    try:
+    with probe.restoring((HEARTBEAT_TIME, 0, 2)):
         yield before
-    finally:
-        probe.refusal(HEARTBEAT_TIME, 0, before, 2)
 
 
 def _expect_heartbeat_time(probe: Probe, written: int) -> None:

@@ -41,38 +41,20 @@ _COUNTED = ("received", "missing", "late", "duplicate", "jumps")  # of `NodeCoun
 
 @dataclass(slots=True)
 class _Pdo:
-    """One TPDO as it is waited for.
+    """One TPDO as it is waited for."""
 
-    Attributes:
-        place: Place of its record.
-        node: Node that sends the PDO.
-        channels: Channels that the PDO carries.
-        misses: SYNCs in a row without an answer.
-        answers: SYNCs in a row with an answer, since the last miss.
-    """
-
-    place: int
-    node: int
-    channels: tuple[Channel, ...]
-    misses: int = 0
-    answers: int = 0
+    place: int  # place of its record
+    node: int  # node that sends the PDO
+    channels: tuple[Channel, ...]  # channels that the PDO carries
+    misses: int = 0  # SYNCs in a row without an answer
+    answers: int = 0  # SYNCs in a row with an answer, since the last miss
 
 
 class Assembler:
     """The state between two SYNCs: which PDOs have answered, and the position of each counter.
 
-    Args:
-        vehicle: Vehicle whose PDOs are assembled.
-        events: Log for nodes that fall silent and answer again; a new one where it is None.
-        counts: Frame counters by node id, to be shared with others; new ones where it is None.
-
-    Attributes:
-        vehicle: Vehicle whose PDOs are assembled.
-        events: Log for nodes that fall silent and answer again.
-        counts: Frame counters by node id, as of the last sample or `update_counts`.
-        cob_ids: COB-IDs of the expected PDOs.
-        gaps: Gaps that have ended, in order of their end; at most `MAX_GAPS`.
-        started: Time of the first SYNC [s]; None before it.
+    `counts` are as of the last sample or `update_counts`; `gaps` have ended, at most `MAX_GAPS`; `started` is
+    the time of the first SYNC [s].
     """
 
     def __init__(
@@ -146,12 +128,7 @@ class Assembler:
         pdo["length"], pdo["is_mapped"], pdo["is_exact"], pdo["is_timed"] = length, True, False, is_timed
 
     def begin(self, index: int, time: float) -> None:
-        """Open a sample; SYNCs that were left out since the last one count as missed.
-
-        Args:
-            index: Number of the sample.
-            time: Time of its SYNC on the recording's clock [s].
-        """
+        """Open sample `index` with SYNC at `time` [s]; SYNCs left out since the last one count as missed."""
         open_sample(*self._state, time)
         self._index = index
         if self.started is None:

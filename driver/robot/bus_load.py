@@ -34,17 +34,11 @@ def frame_bits(length: int, *, stuffed: bool, extended: bool = False) -> int:
 
 @dataclass(frozen=True, slots=True)
 class BusLoad:
-    """Forecast share of the bus in use; 1 is full.
+    """Forecast share of the bus in use; 1 is full."""
 
-    Attributes:
-        bitrate: Bit rate of the bus [bit/s].
-        least: Share without stuff bits.
-        worst: Share with every possible stuff bit.
-    """
-
-    bitrate: int
-    least: float
-    worst: float
+    bitrate: int  # bit rate of the bus [bit/s]
+    least: float  # share without stuff bits
+    worst: float  # share with every possible stuff bit
 
     @property
     def is_high(self) -> bool:
@@ -58,11 +52,7 @@ class BusLoad:
 
 
 def forecast_load(vehicle: VehicleParameters) -> BusLoad:
-    """Return the load of SYNC, TPDOs, RPDOs sent with every SYNC, heartbeats, and status words by SDO.
-
-    Args:
-        vehicle: Vehicle whose encoders and drives are on the bus.
-    """
+    """Return the load of SYNC, TPDOs, RPDOs sent with every SYNC, heartbeats, and status words by SDO."""
     drives = {drive.node for drive in vehicle.drives}
     others = len(set(vehicle.nodes) - drives) + 1  # and the driver
     rate = 1.0 / vehicle.bus.sync_period
@@ -79,11 +69,7 @@ def forecast_load(vehicle: VehicleParameters) -> BusLoad:
 
 
 def check_load(load: BusLoad) -> None:
-    """Raise where a forecast is above `REFUSE`.
-
-    Raises:
-        BusOverload: The worst case is above 80 %.
-    """
+    """Raise BusOverload where the worst case of a forecast is above `REFUSE`."""
     if load.worst > REFUSE:
         raise BusOverload(load.worst, REFUSE, load.bitrate)
 

@@ -1,8 +1,12 @@
-"""Configures a node by SDO so that its PDOs answer SYNC as `vehicle.toml` says, and reads all of it back."""
+"""Configures a node by SDO so that its PDOs answer SYNC as `vehicle.toml` says, and reads all of it back.
+
+What the nodes report, such as how each counter wraps, is put into the vehicle.
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.node_setup import (
@@ -21,13 +25,13 @@ from omnimate.driver.canopen.pdo_parameters import (
     write_pdo,
 )
 from omnimate.driver.errors import MappingImpossible, NotTaken, SdoRefused
-from omnimate.driver.robot.configuration import choose_range
 from omnimate.files.logs.canopen_words import NMT_PRE_OPERATIONAL, SYNC_ID
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
     from omnimate.driver.canopen.sdo import Sdo
+    from omnimate.driver.robot.bus_load import BusLoad
     from omnimate.vehicle.parameters import Encoder, VehicleParameters
 
 # Transmission types (CiA 301, 7.5.2.37): an answer to every SYNC; by the event timer and at changes.
@@ -43,20 +47,8 @@ def configure_node(
 ) -> NodeConfiguration:
     """Configure the encoders of one node; it is left pre-operational where something had to be changed.
 
-    Only what differs is written. Where the configuration fails, all former values are written back.
-
-    Args:
-        sdo: Objects of the node.
-        vehicle: Vehicle whose encoders the node holds.
-        nmt: Sends an NMT command to a node: command specifier, node id.
-
-    Raises:
-        NodeMissing: The node does not answer.
-        WrongDevice: The node is another device than `vehicle.toml` states.
-        MappingImpossible: The PDOs of the node cannot carry the fields of `vehicle.toml`.
-        NotTaken: The node confirmed a value and kept another one.
-        SdoRefused: The node aborts a transfer.
-        SdoSilent: The node stops answering.
+    Only what differs is written. Where the configuration fails, all former values are written back. Raises
+    NodeMissing, TwoDevices, WrongDevice, MappingImpossible, NotTaken, SdoRefused or SdoSilent.
     """
     encoders = [encoder for encoder in vehicle.encoders if encoder.node == sdo.node]
     configuration = NodeConfiguration(sdo.node, tuple(encoder.channel for encoder in encoders))
@@ -169,15 +161,9 @@ def choose_pdos(
 ) -> dict[int, PdoSetting]:
     """Return which TPDO shall carry each COB-ID.
 
-    It is the one that has the COB-ID already, else a free one that is mapped already, else the first free.
-
-    Args:
-        node: CANopen node id.
-        fits: The TPDOs that are mapped as is needed already, by the COB-IDs that `vehicle.toml` states.
-        settings: TPDOs of the device, by the index of their communication parameters.
-
-    Raises:
-        MappingImpossible: The device has fewer TPDOs than are needed.
+    It is the one that has the COB-ID already, else a free one that is mapped already, else the first free;
+    `fits` gives those that are mapped already by COB-ID. Raises MappingImpossible where the device has too
+    few.
     """
     chosen = {setting.cob_id: setting for setting in settings.values() if setting.cob_id in fits}
     taken = {setting.base for setting in chosen.values()}
@@ -220,3 +206,54 @@ def _switch_off_spare(
             configuration.remarks.append(f"{name} stays on, its frames count as unknown: {refused.problem}")
         else:
             configuration.changed.append(f"{name} switched off")
+
+
+@dataclass(frozen=True, slots=True)
+class ConfigurationReport:
+    """The configuration of all nodes."""
+
+    nodes: tuple[NodeConfiguration, ...]  # configuration of each node, in order of the node ids
+    load: BusLoad  # forecast of the bus load
+    vehicle: VehicleParameters  # the vehicle with the ranges by which the counters are unwrapped
+
+
+def with_ranges(vehicle: VehicleParameters, nodes: Sequence[NodeConfiguration]) -> VehicleParameters:
+    """Return the vehicle with the chosen range of each encoder whose range in `vehicle.toml` differs."""
+    ranges = {channel: chosen for node in nodes for channel, chosen in node.ranges.items()}
+    encoders = tuple(
+        encoder
+        if ranges.get(encoder.channel, encoder.wrap_range) == encoder.wrap_range
+        else replace(encoder, range=ranges[encoder.channel])
+        for encoder in vehicle.encoders
+    )
+    return vehicle if encoders == vehicle.encoders else replace(vehicle, encoders=encoders)
+
+
+def with_target_bits(vehicle: VehicleParameters, bits: Mapping[int, int]) -> VehicleParameters:
+    """Return the vehicle with the first bit of 60FFh in the RPDO of each drive, given by node id."""
+    drives = tuple(replace(drive, start_bit=bits[drive.node]) for drive in vehicle.drives)
+    return vehicle if drives == vehicle.drives else replace(vehicle, drives=drives)
+
+
+def choose_range(encoder: Encoder, reported: int | None) -> tuple[int, str]:
+    """Return the range by which a channel is unwrapped [counts], and the reason in words.
+
+    6002h, None where the device has none, means N for some vendors, N - 1 for others, and 0 means 2**32 for
+    one.
+    """
+    stated, full = encoder.wrap_range, 2**encoder.bits
+    chosen = stated
+    if reported is None:
+        reason = f"wraps at {stated}; the device has no 6002h"
+    elif reported == stated:
+        reason = f"wraps at {stated}; 6002h says so and means N"
+    elif reported == stated - 1:
+        reason = f"wraps at {stated}; 6002h says {reported} and means N - 1"
+    elif reported == 0 and full == 2**32 and encoder.range is None:
+        chosen, reason = full, "wraps at 2**32; 6002h says 0"
+    elif encoder.range is not None or not 1 < (guess := reported + reported % 2) <= full:
+        reason = f"6002h says {reported}, but vehicle.toml {stated}, which is used: check it"
+    else:
+        chosen, means = guess, "N - 1" if reported % 2 else "N"
+        reason = f"wraps at {guess}; 6002h says {reported}, taken for {means}; vehicle.toml says nothing"
+    return chosen, f"{encoder.channel}: {reason}"

@@ -54,25 +54,11 @@ def configure_drive(
     """Map the RPDO of a drive, limit the rate of its status word, and set heartbeats both ways.
 
     The node is left pre-operational. Nothing is written that holds already. Where the configuration fails,
-    everything is put back.
+    everything is put back. The PDOs of encoders are left alone; SYNC comes every `sync_period` [s].
 
-    Args:
-        sdo: Objects of the drive's node.
-        drive: Drive as `vehicle.toml` describes it.
-        driver_node: Node id under which the driver sends its heartbeat.
-        encoder_cob_ids: COB-IDs of the encoders' PDOs, which are left alone.
-        sync_period: Time between two SYNCs [s].
-        nmt: Sends an NMT command to a node: command specifier, node id.
-
-    Returns:
-        What was read and changed, how the status word 6041h reaches the driver, and the RPDO.
-
-    Raises:
-        NodeMissing: The node does not answer.
-        MappingImpossible: The drive has no RPDO, or cannot map the target velocity.
-        NotTaken: The node confirmed a value and kept another one.
-        SdoRefused: The node aborts a transfer.
-        SdoSilent: The node stops answering.
+    Return what was read and changed, how the status word 6041h reaches the driver, and the RPDO. Raises
+    NodeMissing, NotTaken, SdoRefused, SdoSilent, or MappingImpossible where no RPDO can carry the target
+    velocity.
     """
     configuration = NodeConfiguration(drive.node, (f"drive of {drive.wheel}",), woken=wake(sdo, nmt))
     check_identity(sdo, None, configuration)

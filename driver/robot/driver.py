@@ -12,11 +12,11 @@ import can
 
 from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.bus.clock import Clock, WallClock
-from omnimate.driver.canopen.described import description_remarks
+from omnimate.driver.canopen.dcf import description_remarks
 from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.errors import BusError, BusLost, in_one_line
 from omnimate.driver.robot.bus_load import check_load, forecast_load
-from omnimate.driver.robot.configuration import ConfigurationReport, with_target_bits
+from omnimate.driver.robot.configure import ConfigurationReport, with_target_bits
 from omnimate.driver.robot.drives import Drives
 from omnimate.driver.robot.encoder_nodes import EncoderNodes
 from omnimate.driver.robot.events import Trouble

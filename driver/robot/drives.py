@@ -46,13 +46,6 @@ INT32 = 2**31 - 1
 class Drives:
     """All drives of a vehicle, enabled and commanded together.
 
-    Args:
-        vehicle: Vehicle with its drives and their wheels.
-        network: Network that sends the frames.
-        sdo_of: Returns the objects of a node.
-        monitor: Monitor of the bus, which monitors the drives while they are enabled.
-        watchdog: Time without a command after which the wheels are stopped [s].
-
     Attributes:
         is_enabled: Whether commands are taken.
         troubles: What stopped all wheels since the drives were last enabled; empty where nothing did.
@@ -128,14 +121,9 @@ class Drives:
     def command(self, speeds: Sequence[float]) -> tuple[float, ...]:
         """Command wheel speeds [rad/s] in the order of `vehicle.wheels`; return them as limited.
 
-        Where a wheel would be faster than `vehicle.limits.speed`, all are slowed down by the same factor,
-        so that the path stays the same.
-
-        Raises:
-            NotEnabled: `enable` has not been called.
-            DrivesStopped: A drive has stopped all wheels since.
-            BadCommand: The command is not one finite number for each wheel.
-            BusLost: The interface failed.
+        Where a wheel would be faster than `vehicle.limits.speed`, all are slowed down by the same factor, so
+        that the path stays the same. Raises BadCommand for what is not one finite number for each wheel,
+        BusLost, and the errors of `require_enabled`.
         """
         self.require_enabled()
         if len(speeds) != len(self._drives) or not all(map(math.isfinite, speeds)):
@@ -149,12 +137,7 @@ class Drives:
         return self.speeds
 
     def require_enabled(self) -> None:
-        """Raise where the drives are not enabled.
-
-        Raises:
-            NotEnabled: `enable` has not been called.
-            DrivesStopped: A drive has stopped all wheels since.
-        """
+        """Raise NotEnabled before `enable`, or DrivesStopped after a drive has stopped all wheels."""
         if self.troubles:
             raise DrivesStopped(self.troubles, self._nodes)
         if not self.is_enabled:
@@ -163,8 +146,7 @@ class Drives:
     def tick(self, now: float) -> None:
         """Send the command again, or stop where no command comes any more; once per SYNC at `now` [s].
 
-        Raises:
-            BusLost: The interface failed.
+        Raises BusLost.
         """
         if not self._is_alive:
             return
@@ -181,8 +163,7 @@ class Drives:
     def keep_alive(self) -> None:
         """Send the driver's heartbeat where it is due, also while one drive lets the others wait.
 
-        Raises:
-            BusLost: The interface failed.
+        Raises BusLost.
         """
         if self._is_alive and self._network.clock.now() - self._last_heartbeat >= REFRESH:
             self._heartbeat()
@@ -246,13 +227,10 @@ class Drives:
             self._sdo_of(node).post(0x6040, 0, QUICK_STOP)
 
     def _forget_old_troubles(self, older: Mapping[int, int]) -> None:
-        """Remove troubles that each drive reported before it reached operation enabled.
+        """Remove the troubles of each drive, `older` by node id, from before it was operation enabled.
 
         In that state there is no fault (CiA 402), and not every device sends EMCY 0000h once an error has
         gone. Errors that the error register still shows have been logged.
-
-        Args:
-            older: How many troubles there were by then, by node id.
         """
         troubles = self._supervision.troubles
         troubles[:] = [

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.node_setup import wake
-from omnimate.driver.robot.configuration import with_ranges
-from omnimate.driver.robot.configure import configure_node
+from omnimate.driver.robot.configure import configure_node, with_ranges
 from omnimate.files.logs.canopen_words import (
     NMT_PRE_OPERATIONAL,
     NMT_RESET_COMMUNICATION,
@@ -26,18 +25,7 @@ PRESET_OBJECTS = (0x6509, 0x650B)  # a change of these shows a preset or a swapp
 
 
 class EncoderNodes:
-    """The nodes of a vehicle's encoders.
-
-    Args:
-        vehicle: Vehicle as its owner believes it to be.
-        monitor: Monitor of the bus.
-        sdos: Objects of each node by node id.
-        nmt: Sends an NMT command to a node: command specifier, node id.
-
-    Attributes:
-        vehicle: Vehicle with the ranges by which the counters are unwrapped, after `configure_all`.
-        ids: Node ids in order.
-    """
+    """The nodes of a vehicle's encoders; `vehicle` has their ranges after `configure_all`."""
 
     def __init__(
         self,
@@ -79,14 +67,10 @@ class EncoderNodes:
         return configurations
 
     def start(self, configuration: NodeConfiguration) -> bool:
-        """Start a configured node and supervise it.
+        """Start a configured node and supervise it; return whether the configuration holds.
 
-        Returns:
-            Whether the configuration holds; False where the node has booted since it began, so that what was
-            written before is lost.
-
-        Raises:
-            BusLost: The interface failed.
+        It does not where the node has booted since it began, so that what was written before is lost. Raises
+        BusLost.
         """
         self._take_over(configuration)
         self._nmt(NMT_START, configuration.node)
@@ -105,17 +89,11 @@ class EncoderNodes:
         self._monitor.supervision.started(node, configuration.heartbeat)
 
     def start_again(self, configuration: NodeConfiguration, now: float) -> bool:
-        """Start a node that was configured again at `now` [s], and log what has changed in it.
+        """Start a node that was configured again at `now` [s], and log what has changed; return as `start`.
 
         A node that has lost objects restarted. Where its boot-up was not heard, it is made to send one, so
-        that it stands in the recording. A node that has lost nothing and sends its PDOs is not started again:
-        the boot-up or the heartbeat did not come from it.
-
-        Returns:
-            Whether the configuration holds; False where the node has booted since it began, or was made to.
-
-        Raises:
-            BusLost: The interface failed.
+        that it stands in the recording, and is configured again. A node that has lost nothing and sends its
+        PDOs is not started again: the boot-up or the heartbeat did not come from it. Raises BusLost.
         """
         node, events = configuration.node, self._monitor.events
         changed = configuration.changed

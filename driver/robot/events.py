@@ -40,9 +40,7 @@ class EventListener(Protocol):
 class EventLog:
     """A bounded log of events in order; the same words about the same node are one event that counts.
 
-    Attributes:
-        dropped: Number of events that were dropped because the log was full.
-        listener: Called with each event; None for nothing.
+    What does not fit is counted in `dropped`; the `listener` is called with each event all the same.
     """
 
     def __init__(self) -> None:
@@ -53,14 +51,10 @@ class EventLog:
     def add(
         self, time: float, node: int | None, what: str, *, is_problem: bool = False, is_fault: bool = False
     ) -> None:
-        """Add an event; beyond `MAX_EVENTS` it is only counted in `dropped`.
+        """Add an event of a node, None for the bus, at `time` [s]; beyond `MAX_EVENTS` it is only counted.
 
-        Args:
-            time: Time of the event on the recording's clock [s].
-            node: CANopen node id; None where it concerns the bus.
-            what: Description of the event.
-            is_problem: Whether somebody must put it right before the data can be trusted.
-            is_fault: Whether it stops the robot, or a node or the bus is lost; a problem is a fault, too.
+        A problem must be put right before the data can be trusted. A fault stops the robot, or a node or the
+        bus is lost; a problem is a fault, too.
         """
         if self.listener is not None:
             self.listener(time, node, what, is_fault=is_fault or is_problem)

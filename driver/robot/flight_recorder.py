@@ -123,12 +123,7 @@ class FlightRecorder:
             self._fault = time
 
     def poll(self, now: float, speeds: tuple[float, ...]) -> None:
-        """Record a new command and begin to write a folder that is due, once per SYNC at `now` [s].
-
-        Args:
-            now: Time on the recording's clock [s].
-            speeds: Commanded wheel speeds [rad/s] in the order of `vehicle.wheels`.
-        """
+        """Record a new command [rad/s] and begin to write a folder that is due, once per SYNC, `now` [s]."""
         if speeds != self._speeds:
             self._speeds = speeds
             pairs = zip(self._vehicle.wheels, speeds, strict=True)

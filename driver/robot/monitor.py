@@ -25,19 +25,8 @@ FOREIGN_SYNCS = 3  # SYNCs of another device from which on they are a problem: f
 class Monitor:
     """Handles all received frames, with the driver or another device as SYNC producer.
 
-    Args:
-        vehicle: Vehicle whose nodes are on the bus.
-        clock: The recording's clock.
-
-    Attributes:
-        events: Log of events of nodes and bus.
-        counts: Frame counters of encoders and drives by node id.
-        assembler: Assembler of the samples.
-        supervision: Supervision of the nodes.
-        status_words: Monitor of the status words of the drives.
-        unknown: Frames that nothing expects.
-        on_sdo: Takes an SDO answer: COB-ID, data, time [s].
-        others: Takes an 11-bit identifier and returns whether another master may use it.
+    `counts` has frame counters of encoders and drives by node id. `on_sdo` takes an SDO answer: COB-ID, data,
+    time [s]; `others` returns whether another master may use an 11-bit identifier.
     """
 
     def __init__(self, vehicle: VehicleParameters, clock: Clock) -> None:
@@ -111,11 +100,7 @@ class Monitor:
         self.status_words.pause(now)
 
     def check(self, now: float) -> None:
-        """Check heartbeats and status words at `now` [s], as often as possible.
-
-        Raises:
-            BusLost: The interface failed while a status word was asked for.
-        """
+        """Check heartbeats and status words at `now` [s], as often as possible; raises BusLost."""
         self.supervision.check(now)
         self.status_words.check(now)
 

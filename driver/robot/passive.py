@@ -33,11 +33,7 @@ SYNC_WAIT = 1.0  # [s] from the first PDO to SYNC, at the latest; masters produc
 
 
 class PassiveReader:
-    """Assembles samples from frames that others exchange; times are those of arrival, as wall time.
-
-    Attributes:
-        vehicle: Vehicle whose encoders are read.
-    """
+    """Assembles samples from frames that others exchange; times are those of arrival, as wall time."""
 
     def __init__(
         self,

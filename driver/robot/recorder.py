@@ -40,9 +40,6 @@ class Recorder:
 
     Where the disk refuses, as one that is full, frames are left out until it takes them again. Other files
     that it refuses are written with the next of them, or by `close`.
-
-    Attributes:
-        folder: Folder of the recording.
     """
 
     def __init__(
@@ -109,13 +106,9 @@ class Recorder:
         self._save(RUN, partial(write_run, Run(self._protocol or "free", self._side, tuple(self._laps))))
 
     def pose(self, at: float, truck: TruckName, pose: Sequence[float], sigma: Sequence[float]) -> None:
-        """Add an absolute pose and write `poses.csv`.
+        """Add an absolute pose x, y, theta [m, m, rad] at a time [s] and write `poses.csv`.
 
-        Args:
-            at: Time of the pose on the recording's clock [s].
-            truck: Truck whose pose it is.
-            pose: Pose x, y, theta [m, m, rad].
-            sigma: Standard deviations of the pose [m, m, rad]; nan where unknown.
+        An unknown standard deviation in `sigma` [m, m, rad] is nan.
         """
         self._poses.append((at, truck, pose, sigma))
         times, bodies, poses, sigmas = zip(*self._poses, strict=True)

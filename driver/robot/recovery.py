@@ -22,11 +22,6 @@ class Recovery:
 
     Where time stands still between two SYNCs the SDO dialogue runs in between. Otherwise it runs in a thread,
     which gets its answers from the driver's reading of the bus, so that no SYNC is late.
-
-    Args:
-        configure: Configures a node and returns what was read and changed.
-        events: Log for failures.
-        inline: Whether time stands still between two SYNCs.
     """
 
     def __init__(
@@ -55,8 +50,7 @@ class Recovery:
     def poll(self, now: float) -> NodeConfiguration | None:
         """Begin or end a dialogue, once per SYNC at time `now` [s]; return a new configuration, if any.
 
-        Raises:
-            BusLost: The interface failed in a dialogue between two SYNCs.
+        Raises BusLost in a dialogue between two SYNCs.
         """
         if self._job is None:
             node = next((node for node, (due, _) in self._waiting.items() if due <= now), None)

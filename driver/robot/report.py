@@ -80,11 +80,7 @@ class DriverReport:
         return tuple(event for event in self.events if event.is_problem)
 
     def node(self, node: int) -> NodeReport:
-        """Return the report of one node.
-
-        Raises:
-            KeyError: The vehicle has no such node.
-        """
+        """Return the report of one node; raises KeyError where the vehicle has no such node."""
         for report in self.nodes:
             if report.node == node:
                 return report
@@ -92,14 +88,7 @@ class DriverReport:
 
 
 def make_report(vehicle: VehicleParameters, monitor: Monitor, syncs: int, skipped: int = 0) -> DriverReport:
-    """Return the report of all frames that a monitor has received so far.
-
-    Args:
-        vehicle: Vehicle whose nodes are on the bus.
-        monitor: Monitor of the bus.
-        syncs: Number of SYNCs sent or received.
-        skipped: Number of periods that the host let pass without a SYNC.
-    """
+    """Return the report of all frames that a monitor has received so far."""
     monitor.assembler.update_counts()
     return DriverReport(
         monitor.assembler.started or 0.0,

@@ -22,29 +22,17 @@ MIN_COUNTS = 4.0  # [counts] for coarser encoders
 
 @dataclass(slots=True)
 class _Wheel:
-    """One wheel since its count last changed.
+    """One wheel since its count last changed."""
 
-    Attributes:
-        wheel: Channel of the wheel.
-        column: Column of the wheel in a sample.
-        other: Column of the truck's other wheel.
-        radius: Radius of the wheel [m].
-        other_scale: Travel per count of the other wheel [m].
-        enough: Travel that must show in the count [m].
-        since: Time of the first sample with this count [s]; None before it.
-        count: The count.
-        expected: Travel that the wheel should have made since [m]; negative backwards.
-    """
-
-    wheel: Channel
-    column: int
-    other: int
-    radius: float
-    other_scale: float
-    enough: float
-    since: float | None = None
+    wheel: Channel  # channel of the wheel
+    column: int  # column of the wheel in a sample
+    other: int  # column of the truck's other wheel
+    radius: float  # radius of the wheel [m]
+    other_scale: float  # travel per count of the other wheel [m]
+    enough: float  # travel that must show in the count [m]
+    since: float | None = None  # time of the first sample with this count [s]; None before it
     count: int = 0
-    expected: float = 0.0
+    expected: float = 0.0  # travel that the wheel should have made since [m]; negative backwards
 
 
 class StallDetector:
@@ -53,9 +41,6 @@ class StallDetector:
     A wheel has stalled when its count has not changed for `STALL_TIME`, and its command, all that time in the
     same direction, would have moved it by `MIN_TRAVEL` or `MIN_COUNTS`. A sample without its count restarts
     the timer; without a command so does one without the other count, whose travel comes at once after it.
-
-    Args:
-        vehicle: Vehicle whose wheels are compared.
     """
 
     def __init__(self, vehicle: VehicleParameters) -> None:
@@ -71,9 +56,7 @@ class StallDetector:
     def check(self, sample: Sample, speeds: Sequence[float] | None) -> list[Channel]:
         """Return the wheels that have stalled by this sample; each at most once in `STALL_TIME`.
 
-        Args:
-            sample: Sample that has just been closed.
-            speeds: Commanded speeds [rad/s] in the order of `vehicle.wheels`; None without commands.
+        `speeds` are commanded [rad/s] in the order of `vehicle.wheels`; None without commands.
         """
         last, self._last = self._last, sample
         if last is None:

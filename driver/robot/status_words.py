@@ -44,11 +44,7 @@ class StatusSource:
 def status_source(node: int, settings: Iterable[PdoSetting], sync_period: float | None) -> StatusSource:
     """Return the TPDOs of a drive that carry the status word, and whether they bring it in time.
 
-    Args:
-        node: CANopen node id.
-        settings: TPDOs of the drive as they are set.
-        sync_period: Time between two SYNCs [s]; None where no heartbeat shows that the drive is there, so
-            that its status word is asked for in any case.
+    Without a SYNC period [s], no heartbeat shows that the drive is there: its word is asked for in any case.
     """
     fields: list[tuple[int, int]] = []
     is_timely = False
@@ -80,12 +76,7 @@ class _MonitoredDrive:
 class StatusWordMonitor:
     """The status words of all drives, from the moment when they are enabled until they are stopped.
 
-    Args:
-        troubles: Gets a trouble for each drive that leaves operation enabled.
-        events: Log for status words that show a fault.
-
-    Attributes:
-        fields: Node and first bit of the status word in the TPDOs that carry one, by COB-ID.
+    `fields` has node and first bit of the status word in the TPDOs that carry one, by COB-ID.
     """
 
     def __init__(self, troubles: list[Trouble], events: EventLog) -> None:
@@ -101,15 +92,9 @@ class StatusWordMonitor:
             self.fields[cob_id] = [*others, (source.node, bit)]
 
     def begin(self, answered: Mapping[StatusSource, float], ask: Callable[[int], None], now: float) -> None:
-        """Monitor drives that are enabled at `now` [s].
+        """Monitor drives that are enabled at `now` [s]; raises BusLost.
 
-        Args:
-            answered: Drives, each with the time that it took to answer for 6041h [s].
-            ask: Requests 6041h of a node without waiting.
-            now: Time on the recording's clock [s].
-
-        Raises:
-            BusLost: The interface failed.
+        `answered` has the time that each took to answer for 6041h [s]; `ask` requests it without waiting.
         """
         self._ask = ask
         self._drives = {}
@@ -140,8 +125,7 @@ class StatusWordMonitor:
     def check(self, now: float) -> None:
         """Ask for the status words that are due at time `now` [s], and report drives that do not answer.
 
-        Raises:
-            BusLost: The interface failed.
+        Raises BusLost.
         """
         for drive in tuple(self._drives.values()):
             if drive.asked is None:

@@ -20,47 +20,27 @@ NOT_OPERATIONAL_AFTER = 2  # heartbeats in a row: one may be in transit while NM
 
 @dataclass(slots=True)
 class NodeState:
-    """The state of a node.
+    """The state of a node."""
 
-    Attributes:
-        node: CANopen node id.
-        state: NMT state in its last heartbeat; None before the first.
-        timeout: Time after which its heartbeat is lost [s]; None where it has none.
-        last_heartbeat: Time of its last heartbeat [s]; None before the first, from which on it is supervised.
-        is_lost: Whether its heartbeat is overdue.
-        known_boots: Boot-up frames received before the driver last took it out of operation.
-        is_running: Whether it was started, so that any other state than operational is a loss.
-        wrong_states: Heartbeats in a row with another state than operational.
-        heartbeats: Number of heartbeats received.
-        emergencies: Number of EMCY frames received.
-        boots: Number of boot-up frames received.
-        restarts: Number of boot-ups and losses of its configuration while it was running.
-    """
-
-    node: int
-    state: int | None = None
-    timeout: float | None = None
+    node: int  # CANopen node id
+    state: int | None = None  # NMT state in its last heartbeat; None before the first
+    timeout: float | None = None  # time after which its heartbeat is lost [s]; None where it has none
+    # time of its last heartbeat [s]; None before the first, from which on it is supervised
     last_heartbeat: float | None = None
-    is_lost: bool = False
-    is_running: bool = False
-    wrong_states: int = 0
-    heartbeats: int = 0
-    emergencies: int = 0
-    boots: int = 0
-    known_boots: int = 0
-    restarts: int = 0
+    is_lost: bool = False  # whether its heartbeat is overdue
+    is_running: bool = False  # whether it was started, so that any other state than operational is a loss
+    wrong_states: int = 0  # heartbeats in a row with another state than operational
+    heartbeats: int = 0  # number of heartbeats received
+    emergencies: int = 0  # number of EMCY frames received
+    boots: int = 0  # number of boot-up frames received
+    known_boots: int = 0  # boot-up frames received before the driver last took it out of operation
+    restarts: int = 0  # number of boot-ups and losses of its configuration while it was running
 
 
 class Supervision:
-    """Tracks the state of every node of the vehicle; the driver reacts to `troubles`.
+    """Tracks the state of every node of the vehicle, by node id.
 
-    Args:
-        nodes: Node ids of the vehicle.
-        events: Log for restarts, losses and emergencies.
-
-    Attributes:
-        nodes: State of each node by node id.
-        troubles: Emergencies, lost heartbeats and restarts, until the driver has reacted.
+    `troubles` are emergencies, lost heartbeats and restarts, until the driver has reacted.
     """
 
     def __init__(self, nodes: Iterable[int], events: EventLog) -> None:

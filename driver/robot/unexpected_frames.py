@@ -23,14 +23,7 @@ MIN_SYNCS = 10  # SYNCs: a bus that starts up may send this many times `BABBLING
 
 
 class UnknownFrames:
-    """Counts frames that nothing expects, of the vehicle's nodes and of unknown nodes.
-
-    Args:
-        counts: Frame counters by node id; `unknown` of a node's counter grows with its unknown frames.
-
-    Attributes:
-        kinds: Number of frames by identifier as text, such as `3FFh` or `181h remote`.
-    """
+    """Counts frames that nothing expects, also per node, in `kinds` such as `3FFh` or `181h remote`."""
 
     def __init__(self, counts: Mapping[int, NodeCounts]) -> None:
         self.kinds: dict[str, int] = {}
@@ -77,12 +70,7 @@ def _describe(message: can.Message) -> str:
 
 
 class FloodDetector:
-    """Finds babbling nodes by the number of frames, which should be rare, per SYNC.
-
-    Args:
-        counts: Frame counters by node id, of which the duplicate answers to a SYNC are compared.
-        events: Log that gets an event for each babbling node.
-    """
+    """Finds babbling nodes by the number of frames, which should be rare, per SYNC."""
 
     def __init__(self, counts: Mapping[int, NodeCounts], events: EventLog) -> None:
         self._counts = counts
@@ -102,11 +90,7 @@ class FloodDetector:
         self._foreign_syncs += 1
 
     def check(self, now: float) -> list[int]:
-        """Report the nodes that flood the bus; to be called once per SYNC, at time `now` [s].
-
-        Returns:
-            The nodes that answered most SYNCs of the driver since the last check twice.
-        """
+        """Report nodes that flood the bus, once per SYNC at `now` [s]; return those that answer twice."""
         self._syncs += 1
         if self._checked is None:  # how long the frames before the first SYNC took is unknown
             self._traffic.clear()

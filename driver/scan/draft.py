@@ -31,25 +31,15 @@ HEAD = """\
 
 @dataclass(frozen=True, slots=True)
 class Position:
-    """A position object of a node, and its field in a PDO.
-
-    Attributes:
-        node: The node.
-        index: Index of the object.
-        subindex: Sub-index of the object.
-        cob_id: COB-ID of the PDO that carries it, or that shall carry it.
-        start_bit: First bit in the PDO.
-        bits: Width.
-        is_mapped: Whether the PDO carries it already.
-    """
+    """A position object of a node, and its field in a PDO."""
 
     node: NodeReading
     index: int
     subindex: int
-    cob_id: int
-    start_bit: int
-    bits: int
-    is_mapped: bool
+    cob_id: int  # COB-ID of the PDO that carries it, or that shall carry it
+    start_bit: int  # first bit in the PDO
+    bits: int  # width
+    is_mapped: bool  # whether the PDO carries it already
 
     @property
     def is_of_drive(self) -> bool:

@@ -7,6 +7,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.eds import load_eds
+from omnimate.driver.canopen.object_values import default_of
 from omnimate.driver.errors import EdsError
 from omnimate.driver.scan.node import IDENTITY
 
@@ -42,21 +43,13 @@ FITS_IN_WORDS = {
 
 @dataclass(frozen=True, slots=True)
 class DescribedDevice:
-    """The device that a file describes.
-
-    Attributes:
-        path: Path of the file.
-        vendor: Vendor id; None where the file does not state it.
-        product: Product code; None where the file does not state it.
-        revision: Revision number; None where the file does not state it.
-        device_type: 1000h; None where the file does not state it.
-    """
+    """The device that a file describes."""
 
     path: Path
-    vendor: int | None
-    product: int | None
-    revision: int | None
-    device_type: int | None
+    vendor: int | None  # vendor id; None where the file does not state it
+    product: int | None  # product code; None where the file does not state it
+    revision: int | None  # revision number; None where the file does not state it
+    device_type: int | None  # 1000h; None where the file does not state it
 
     def fit(self, node: NodeReading) -> Fit:
         """Return how well the file fits a node."""
@@ -75,17 +68,11 @@ class DescribedDevice:
 
 @dataclass(frozen=True, slots=True)
 class FittingFile:
-    """The file that fits a node best.
-
-    Attributes:
-        path: Path of the file.
-        fit: How well it fits.
-        others: Files that fit as well.
-    """
+    """The file that fits a node best."""
 
     path: Path
-    fit: Fit
-    others: tuple[Path, ...] = ()
+    fit: Fit  # how well it fits
+    others: tuple[Path, ...] = ()  # files that fit as well
 
     def in_words(self) -> str:
         """Return its name, and what does not fit."""
@@ -96,12 +83,7 @@ class FittingFile:
 def described_devices(
     folder: Path, on_error: Callable[[EdsError], None] = lambda _error: None
 ) -> tuple[DescribedDevice, ...]:
-    """Return the devices that the EDS and DCF files in a folder and below it describe.
-
-    Args:
-        folder: The folder.
-        on_error: Called with the error of each file that cannot be read, which is skipped.
-    """
+    """Return the devices that the EDS and DCF files below a folder describe; unreadable ones are skipped."""
     devices = []
     for path in sorted(folder.rglob("*")):
         if path.suffix.lower() in SUFFIXES:
@@ -127,12 +109,7 @@ def _described(path: Path, dictionary: ObjectDictionary) -> DescribedDevice:
     information = dictionary.device_information
     stated = (information.vendor_number, information.product_number, information.revision_number)
     vendor, product, revision = (
-        number or _default(dictionary, IDENTITY, subindex) for subindex, number in enumerate(stated, start=1)
+        number or default_of(dictionary, IDENTITY, subindex) or None
+        for subindex, number in enumerate(stated, start=1)
     )
-    return DescribedDevice(path, vendor, product, revision, _default(dictionary, 0x1000, 0))
-
-
-def _default(dictionary: ObjectDictionary, index: int, subindex: int) -> int | None:
-    variable = dictionary.get_variable(index, subindex)
-    value = None if variable is None else variable.value or variable.default
-    return value if isinstance(value, int) and value else None
+    return DescribedDevice(path, vendor, product, revision, default_of(dictionary, 0x1000, 0) or None)

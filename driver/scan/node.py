@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from omnimate.driver.canopen.node_setup import MIN_DUPLICATES
+from omnimate.driver.canopen.object_values import decode
 from omnimate.driver.canopen.pdo_parameters import RPDO, TPDO, PdoSetting, read_pdos
 from omnimate.driver.errors import NodeError, SdoRefused, SdoSilent, TwoDevices
 
@@ -55,41 +56,24 @@ class ServerBusyError(NodeError):
 
 @dataclass(frozen=True, slots=True)
 class NodeReading:
-    """Objects that were read from a node; None and empty where it has no such object.
+    """Objects that were read from a node; None and empty where it has no such object."""
 
-    Attributes:
-        node: CANopen node id.
-        device_type: 1000h.
-        vendor: 1018h:1.
-        product: 1018h:2.
-        revision: 1018h:3.
-        serial: 1018h:4.
-        name: 1008h.
-        hardware: 1009h, hardware version.
-        software: 100Ah, software version.
-        heartbeat: 1017h, time between two heartbeats [s]; 0 for none.
-        guarding: 100Ch times 100Dh, time in which it must be guarded [s]; 0 for none.
-        tpdos: TPDOs among the first four.
-        rpdos: RPDOs among the first four.
-        objects: Objects of its profile by index and sub-index.
-        remark: What is wrong with it, or why not all of it was read; empty where nothing is.
-    """
-
-    node: int
-    device_type: int | None = None
-    vendor: int | None = None
-    product: int | None = None
-    revision: int | None = None
-    serial: int | None = None
-    name: str = ""
-    hardware: str = ""
-    software: str = ""
-    heartbeat: float = 0.0
-    guarding: float = 0.0
-    tpdos: tuple[PdoSetting, ...] = ()
-    rpdos: tuple[PdoSetting, ...] = ()
+    node: int  # CANopen node id
+    device_type: int | None = None  # 1000h
+    vendor: int | None = None  # 1018h:1
+    product: int | None = None  # 1018h:2
+    revision: int | None = None  # 1018h:3
+    serial: int | None = None  # 1018h:4
+    name: str = ""  # 1008h
+    hardware: str = ""  # 1009h, hardware version
+    software: str = ""  # 100Ah, software version
+    heartbeat: float = 0.0  # 1017h, time between two heartbeats [s]; 0 for none
+    guarding: float = 0.0  # 100Ch times 100Dh, time in which it must be guarded [s]; 0 for none
+    tpdos: tuple[PdoSetting, ...] = ()  # TPDOs among the first four
+    rpdos: tuple[PdoSetting, ...] = ()  # RPDOs among the first four
+    # objects of its profile by index and sub-index
     objects: Mapping[tuple[int, int], int] = field(default_factory=dict)
-    remark: str = ""
+    remark: str = ""  # what is wrong with it, or why not all of it was read; empty where nothing is
 
     @property
     def profile(self) -> int | None:
@@ -119,10 +103,8 @@ class NodeReading:
 def read_node(sdo: Sdo) -> NodeReading:
     """Return the objects of a node; nothing is written.
 
-    Objects that were read before it fell silent, or before another master addressed it, are returned.
-
-    Raises:
-        BusLost: The interface failed.
+    Objects that were read before it fell silent, or before another master addressed it, are returned. Raises
+    BusLost.
     """
     sdo.reset_duplicate_answers()
     fields: dict[str, Any] = {"node": sdo.node}
@@ -159,5 +141,5 @@ def _text(sdo: Sdo, index: int) -> str:
         data = sdo.read_bytes(index)
     except SdoRefused:
         return ""
-    text = data.split(b"\0")[0].decode("utf-8", "replace")
+    text = str(decode(data, "text"))
     return "".join(letter if letter.isprintable() else "?" for letter in text).strip()[:MAX_TEXT]

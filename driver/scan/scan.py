@@ -114,11 +114,7 @@ def scan(
 class _Scanner(BusNetwork):
     """A scan in progress: a network with a pause between the frames that it sends, in which it reads.
 
-    Attributes:
-        traffic: NMT states, SYNCs, masters and PDOs by the frames on the bus.
-        sent: Number of frames that were sent, by kind.
-        readings: Objects that were read from each node, by node id.
-        is_polite: Whether another master is not to be disturbed.
+    It `is_polite` where another master is not to be disturbed.
     """
 
     def __init__(self, bus: can.BusABC, timeout: float) -> None:

@@ -20,7 +20,7 @@ from omnimate.ipec.filter.live import NO_MOVES, Filter
 from omnimate.ipec.filter.step import finish_step, predict
 from omnimate.ipec.readings import ordered_counts
 from omnimate.motion.paths import rounded_rectangle
-from omnimate.vcan_sim.bumps import Bump, bumps_under
+from omnimate.vcan_sim.floor import Bump, bumps_under
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vehicle.parameters import Channel

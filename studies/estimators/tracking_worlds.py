@@ -31,8 +31,7 @@ from omnimate.motion.paths import rounded_rectangle
 from omnimate.motion.runner import Runner
 from omnimate.motion.stepping import step
 from omnimate.vcan_sim.biases import linkage_biases
-from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.floor import Floor, bumps_under
 from omnimate.vcan_sim.onboard import odometry_of, update_odometry
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_vehicle

@@ -11,8 +11,7 @@ import numpy as np
 from omnimate.ipec.filter.prior import Prior
 from omnimate.motion.paths import out_and_back, rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
-from omnimate.vcan_sim.bumps import Bump, bumps_under
-from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.floor import Bump, Floor, bumps_under
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors

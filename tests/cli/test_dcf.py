@@ -5,7 +5,7 @@ import json
 import pytest
 
 from docs.generate.conformance import Local, Simulated, frame
-from omnimate.vcan_sim.nodes.dictionary import EDS_FOLDER
+from omnimate.vcan_sim.nodes.objects import EDS_FOLDER
 
 WHERE = ("--bus", "virtual://x", "--node", 1)
 EDS = EDS_FOLDER / "encoder_cia406.eds"

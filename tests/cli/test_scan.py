@@ -6,7 +6,7 @@ import pytest
 
 from docs.generate.conformance import Local, Simulated, frame
 from omnimate.cli.console import out
-from omnimate.vcan_sim.nodes.dictionary import EDS_FOLDER
+from omnimate.vcan_sim.nodes.objects import EDS_FOLDER
 from omnimate.vcan_sim.reference import reference_vehicle
 
 BUS = ("--bus", "virtual://x?bitrate=250000")

@@ -20,8 +20,7 @@ from omnimate.ipec.tracker import Tracker
 from omnimate.motion.paths import out_and_back, rounded_rectangle
 from omnimate.motion.paths import umbmark as squares
 from omnimate.vcan_sim.biases import linkage_biases
-from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.floor import Floor, bumps_under
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth

@@ -8,8 +8,7 @@ import pytest
 
 from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import umbmark as squares
-from omnimate.vcan_sim.bumps import Bump
-from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.floor import Bump, Floor
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors

@@ -8,8 +8,7 @@ import canopen
 import pytest
 
 from omnimate.driver.bus.clock import WallClock
-from omnimate.driver.canopen.dcf import differences, stated_values, write_values
-from omnimate.driver.canopen.described import load_descriptions
+from omnimate.driver.canopen.dcf import differences, load_descriptions, stated_values, write_values
 from omnimate.driver.canopen.eds import load_eds
 from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.errors import EdsError

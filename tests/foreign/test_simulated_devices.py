@@ -10,7 +10,7 @@ import canopen
 import pytest
 
 from docs.generate.conformance import BenchBus, Simulated
-from omnimate.vcan_sim.nodes.dictionary import EDS_FOLDER
+from omnimate.vcan_sim.nodes.objects import EDS_FOLDER
 from omnimate.vcan_sim.reference import reference_vehicle
 
 NODE = reference_vehicle().encoders[0].node

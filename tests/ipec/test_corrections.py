@@ -12,8 +12,7 @@ from omnimate.ipec.corrections import excess_over_tolerance
 from omnimate.ipec.corrector import correct
 from omnimate.motion.paths import out_and_back, rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
-from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.floor import SMOOTH, Floor
+from omnimate.vcan_sim.floor import SMOOTH, Floor, bumps_under
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.sonar import Sonar

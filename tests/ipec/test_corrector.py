@@ -8,8 +8,7 @@ import pytest
 from omnimate.ipec.corrector import METHODS, Corrector, correct
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.motion.paths import free, rounded_rectangle, squares
-from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.floor import SMOOTH, Floor
+from omnimate.vcan_sim.floor import SMOOTH, Floor, bumps_under
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth

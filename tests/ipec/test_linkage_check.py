@@ -14,8 +14,7 @@ from omnimate.ipec.linkage_check import LINKAGE, check_linkage, frozen_channels
 from omnimate.ipec.readings import ordered_counts, scales_of
 from omnimate.ipec.tracker import Tracker, track_recording
 from omnimate.motion.paths import free, out_and_back, squares
-from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.floor import Floor, bumps_under
 from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth

@@ -8,8 +8,7 @@ import pytest
 from omnimate.ipec.errors import LinkageChannelError
 from omnimate.ipec.tracker import Tracker, track_recording
 from omnimate.motion.paths import rounded_rectangle
-from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.floor import Floor, bumps_under
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from tests.ipec.conftest import samples

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from omnimate.effects.clock_drift import ClockDrift
 from omnimate.effects.latency import Latency
-from omnimate.vcan_sim.aged_poses import AgedPoses
+from omnimate.vcan_sim.altered_path import AgedPoses
 
 STEP = 0.05
 

@@ -7,9 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.effects.crossing import cable_loss, chord_loss, edge_loss
-from omnimate.vcan_sim.bumps import Bump, bumps_under
 from omnimate.vcan_sim.errors import SimulationError
-from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.floor import Bump, Floor, bumps_under
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.truth import Truth

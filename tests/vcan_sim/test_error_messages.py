@@ -7,9 +7,9 @@ import pytest
 
 from omnimate.effects.errors import EffectsFileError
 from omnimate.effects.file import parse_effects
-from omnimate.vcan_sim.bumps import parse_bump
 from omnimate.vcan_sim.errors import BumpError, FaultError, ProtocolError
 from omnimate.vcan_sim.faults import parse_fault
+from omnimate.vcan_sim.floor import parse_bump
 from omnimate.vcan_sim.socketcand import parse_send
 
 DATA = Path(__file__).parents[1] / "data" / "vcan_sim"

@@ -7,8 +7,7 @@ from typing import ClassVar
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.vcan_sim.fault_schedule import FaultSchedule
-from omnimate.vcan_sim.faults import DeviceFault
+from omnimate.vcan_sim.faults import DeviceFault, FaultSchedule
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from omnimate.effects.crossing import cable_loss
 from omnimate.vcan_sim.biases import linkage_biases
-from omnimate.vcan_sim.bumps import Bump
-from omnimate.vcan_sim.floor import SMOOTH, Floor
+from omnimate.vcan_sim.floor import SMOOTH, Bump, Floor
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.counters import counter_law, counters_of, take_readings

@@ -12,9 +12,8 @@ from omnimate.motion.paths import figure_eight, free, out_and_back, rounded_rect
 from omnimate.motion.program import LINE, Program, Row, rest
 from omnimate.motion.reading import LinkReader
 from omnimate.motion.runner import Runner
-from omnimate.vcan_sim.bumps import bumps_under
 from omnimate.vcan_sim.errors import EndStopError, SimulationError
-from omnimate.vcan_sim.floor import SMOOTH, Floor
+from omnimate.vcan_sim.floor import SMOOTH, Floor, bumps_under
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors

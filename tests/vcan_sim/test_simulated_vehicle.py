@@ -9,7 +9,7 @@ import canopen
 import pytest
 
 from omnimate.vcan_sim.errors import SimulationError
-from omnimate.vcan_sim.nodes.dictionary import EDS_FOLDER
+from omnimate.vcan_sim.nodes.objects import EDS_FOLDER
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 

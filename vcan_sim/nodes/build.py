@@ -6,17 +6,16 @@ import math
 from typing import TYPE_CHECKING
 
 from omnimate.vcan_sim.errors import SimulationError
-from omnimate.vcan_sim.nodes.dictionary import load_dictionary
 from omnimate.vcan_sim.nodes.drive import DriveDevice
 from omnimate.vcan_sim.nodes.encoder import EncoderDevice
-from omnimate.vcan_sim.nodes.objects import Objects
+from omnimate.vcan_sim.nodes.objects import Objects, load_dictionary
 from omnimate.vcan_sim.nodes.sensor import Sensor
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from omnimate.vcan_sim.nodes.device import Device
-    from omnimate.vcan_sim.nodes.dictionary import Key, Value
+    from omnimate.vcan_sim.nodes.objects import Key, Value
     from omnimate.vcan_sim.nodes.sensor import Latch
     from omnimate.vehicle.parameters import Drive, Encoder, VehicleParameters
 
@@ -37,8 +36,7 @@ def build_devices(
 ) -> tuple[Device, ...]:
     """Return one device per node id, in the order of the ids.
 
-    Raises:
-        SimulationError: The encoders and drives of one node cannot be on one device.
+    Raises SimulationError where the encoders and drives of one node cannot be on one device.
     """
     return tuple(_device(vehicle, latch, send, node) for node in vehicle.nodes)
 

@@ -7,7 +7,7 @@ from enum import IntEnum
 from functools import partial
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
+from omnimate.vcan_sim.errors import Abort, SdoAbort
 from omnimate.vcan_sim.nodes.emergency import HEARTBEAT_ERROR, SYNC_LENGTH, Emergency
 from omnimate.vcan_sim.nodes.exchange import PdoExchange
 from omnimate.vcan_sim.nodes.heartbeat import HeartbeatConsumer, HeartbeatProducer, NodeGuarding

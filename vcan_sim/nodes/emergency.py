@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
+from omnimate.vcan_sim.errors import Abort, SdoAbort
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
+from omnimate.vcan_sim.errors import Abort, SdoAbort
 from omnimate.vcan_sim.nodes.device import Device
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.nodes.abort import SdoAbort
+from omnimate.vcan_sim.errors import SdoAbort
 from omnimate.vcan_sim.nodes.emergency import LENGTH_ERROR, RPDO_TIMEOUT, Emergency
 from omnimate.vcan_sim.nodes.pdo import DEVICE_EVENT, MAPPING, Rpdo, Tpdo, check_communication, check_mapping
 
@@ -17,13 +17,9 @@ if TYPE_CHECKING:
 
 
 class PdoExchange:
-    """All PDOs of one device.
+    """All PDOs of one device, in the order of their index; the next timer of one ends at `due` [s].
 
-    Attributes:
-        tpdos: PDOs that the device sends, in the order of their index.
-        rpdos: PDOs that the device receives, in the order of their index.
-        indices: Indices of the communication and mapping parameters of all these PDOs.
-        due: Time at which the next timer of a PDO ends [s].
+    `indices` are those of the communication and mapping parameters.
     """
 
     def __init__(
@@ -33,14 +29,7 @@ class PdoExchange:
         emergency: Emergency,
         on_timeout: Callable[[], None],
     ) -> None:
-        """Find the PDOs that the object dictionary declares.
-
-        Args:
-            objects: Objects of the device, with the PDO parameters.
-            transmitter: Sending side of the device.
-            emergency: Errors of the device, for RPDOs of a wrong length and for missed deadlines.
-            on_timeout: Called when an RPDO misses its deadline.
-        """
+        """Find the PDOs that the object dictionary declares; `on_timeout` is called at a missed deadline."""
         self._objects = objects
         self._transmitter, self._emergency, self._on_timeout = transmitter, emergency, on_timeout
         self.tpdos = tuple(Tpdo(index) for index in range(0x1800, 0x1A00) if (index, 1) in self._objects)

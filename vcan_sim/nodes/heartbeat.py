@@ -6,11 +6,7 @@ import math
 
 
 class HeartbeatProducer:
-    """Timing of the heartbeats of this device.
-
-    Attributes:
-        due: Time at which the next heartbeat is due [s]; inf while 1017h is 0.
-    """
+    """Timing of the heartbeats of this device: the next is `due` [s]; inf while 1017h is 0."""
 
     def __init__(self) -> None:
         self.due = math.inf
@@ -28,11 +24,7 @@ class HeartbeatProducer:
 
 
 class HeartbeatConsumer:
-    """Supervision of one other node, from its first heartbeat on.
-
-    Attributes:
-        due: Time at which the node's heartbeat is overdue [s]; inf while no node is supervised.
-    """
+    """Supervision of one other node, from its first heartbeat on: the next is `due` [s], or inf."""
 
     def __init__(self) -> None:
         self.due = math.inf
@@ -53,11 +45,7 @@ class HeartbeatConsumer:
 
 
 class NodeGuarding:
-    """Answers to the master's remote frames, and supervision of these.
-
-    Attributes:
-        due: Time at which the master's next remote frame is overdue [s]; inf while none is expected.
-    """
+    """Answers to the master's remote frames, and supervision of these: the next is `due` [s], or inf."""
 
     def __init__(self) -> None:
         self.due = math.inf

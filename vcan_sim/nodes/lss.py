@@ -37,16 +37,8 @@ class Service(IntEnum):
 class LssSlave:
     """The state of an LSS slave and its answers to the LSS master.
 
-    Args:
-        node: Node id that is stored in the device.
-        identity: Returns vendor, product, revision and serial number (1018h).
-        send: Sends 8 bytes to the master.
-        on_configured: Called when a device without node id leaves the configuration state with one.
-
-    Attributes:
-        active: Node id that the device uses.
-        pending: Node id that it uses after the next reset of the communication.
-        stored: Node id that it has after power-on.
+    The device uses the node id `active`, `pending` after a reset of the communication, and `stored` after
+    power-on. `on_configured` is called when a device without node id leaves the configuration state with one.
     """
 
     def __init__(

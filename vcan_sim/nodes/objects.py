@@ -1,15 +1,91 @@
-"""The objects of a device: their values, checks and reactions (CiA 301 7.4)."""
+"""The objects of a device: the entries of its EDS file, their values, checks and reactions (CiA 301 7.4)."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
+import canopen
+from canopen.objectdictionary import ODVariable
+from canopen.objectdictionary.datatypes import INTEGER_TYPES, SIGNED_TYPES
+
+from omnimate.vcan_sim.errors import Abort, SdoAbort
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from omnimate.vcan_sim.nodes.dictionary import Key, Value, Variable
+EDS_FOLDER = Path(__file__).parent.parent / "eds"
+
+Key = tuple[int, int]
+Value = int | bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """One entry of an object dictionary."""
+
+    size: int | None  # size of an integer [byte]; None for a string
+    signed: bool  # whether the integer is two's complement
+    writable: bool  # whether SDO may write the object
+    mappable: bool  # whether a PDO may carry the object
+    low: int  # lowest value allowed
+    high: int  # highest value allowed
+    default: Value  # value after a reset
+    relative: bool  # whether the node id is added to the default
+
+    def encode(self, value: Value) -> bytes:
+        """Return the bytes on the bus."""
+        if isinstance(value, bytes):
+            return value
+        assert self.size is not None  # only strings have none, and their values are bytes
+        return (value & ((1 << 8 * self.size) - 1)).to_bytes(self.size, "little")
+
+    def decode(self, data: bytes) -> Value:
+        """Return the value that SDO writes; raise SdoAbort if length or range is wrong."""
+        if self.size is None:
+            return bytes(data)
+        if len(data) != self.size:
+            raise SdoAbort(Abort.LENGTH)
+        value = int.from_bytes(data, "little", signed=self.signed)
+        if not self.low <= value <= self.high:
+            raise SdoAbort(Abort.VALUE)
+        return value
+
+
+def _variable(entry: ODVariable) -> Variable:
+    """Return the entry of an EDS file that `canopen` has read."""
+    integer = entry.data_type in INTEGER_TYPES
+    signed = entry.data_type in SIGNED_TYPES
+    bits = len(entry)
+    low, high = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
+    default = entry.default if entry.default is not None else 0
+    return Variable(
+        size=bits // 8 if integer else None,
+        signed=signed,
+        writable=bool(entry.writable),
+        mappable=bool(entry.pdo_mappable),
+        low=low if entry.min is None else int(entry.min),
+        high=high if entry.max is None else int(entry.max),
+        default=int(default) if integer else str(default).encode("ascii"),
+        relative=bool(entry.relative),
+    )
+
+
+@lru_cache(maxsize=8)
+def load_dictionary(eds: str) -> Mapping[Key, Variable]:
+    """Return the entries of an EDS file of the simulated devices by (index, sub-index)."""
+    entries = canopen.import_od(str(EDS_FOLDER / eds), node_id=0)
+    variables: dict[Key, Variable] = {}
+    for index, entry in entries.items():
+        if isinstance(entry, ODVariable):
+            variables[index, 0] = _variable(entry)
+        else:
+            variables.update({(index, sub): _variable(entry[sub]) for sub in entry.subindices})
+    return MappingProxyType(variables)
+
 
 # Objects that are commands, or a history: they are not stored by 1010h.
 _NOT_STORED = {0x1003, 0x1010, 0x1011, 0x6003, 0x6010, 0x6040, 0x60FF}
@@ -64,28 +140,16 @@ class Objects:
         return variable
 
     def read(self, index: int, sub: int) -> bytes:
-        """Return an object's bytes, as SDO uploads them.
-
-        Raises:
-            SdoAbort: There is no such object, or it has no value now.
-        """
+        """Return an object's bytes, as SDO uploads them; raises SdoAbort."""
         variable, reader = self.variable((index, sub)), self.readers.get((index, sub))
         return variable.encode(self._values[index, sub] if reader is None else reader())
 
     def size(self, index: int, sub: int) -> int | None:
-        """Return the size of an object [byte]; None for a string.
-
-        Raises:
-            SdoAbort: There is no such object.
-        """
+        """Return the size of an object [byte], None for a string; raises SdoAbort."""
         return self.variable((index, sub)).size
 
     def write(self, index: int, sub: int, data: bytes) -> None:
-        """Set an object, as SDO downloads and RPDOs do.
-
-        Raises:
-            SdoAbort: There is no such object, it is read-only, or the value is not allowed now.
-        """
+        """Set an object, as SDO downloads and RPDOs do; raises SdoAbort if it is not there or refuses."""
         variable = self.variable((index, sub))
         if not variable.writable:
             raise SdoAbort(Abort.READ_ONLY)

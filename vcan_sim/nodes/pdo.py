@@ -6,15 +6,15 @@ The checks of PDO parameters are those of CiA 301 7.5.2.35 to 7.5.2.38.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
+from omnimate.vcan_sim.errors import Abort, SdoAbort
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
-    from omnimate.vcan_sim.nodes.dictionary import Key
-    from omnimate.vcan_sim.nodes.objects import Objects
+    from omnimate.vcan_sim.nodes.objects import Key, Objects
 
 NOT_VALID = 0x8000_0000  # bit 31 of a COB-ID parameter
 _EXTENDED = 0x2000_0000  # bit 29: 29-bit identifier
@@ -37,43 +37,23 @@ DEVICE_EVENT = 255  # transmission type of event-driven PDOs
 MAPPING = 0x200  # from the index of a PDO's communication parameter to that of its mapping parameter
 
 
+@dataclass(slots=True, eq=False)
 class Tpdo:
-    """One TPDO as it is configured at the moment.
+    """One TPDO as it is configured at the moment."""
 
-    Attributes:
-        cob_id: COB-ID of the PDO.
-        valid: Whether the PDO is valid and the device operational.
-        transmission_type: Transmission type of the PDO (sub-index 2).
-        sync_start: SYNC counter with which transmission begins (sub-index 6); 0 after that, or without one.
-        data: Data that were sent last; None before the first transmission.
-        due: Time of the next transmission by the event timer, or at the end of the inhibit time [s].
-    """
-
-    __slots__ = (
-        "_fields",
-        "cob_id",
-        "data",
-        "due",
-        "event",
-        "index",
-        "inhibit",
-        "length",
-        "sent",
-        "sync_start",
-        "syncs",
-        "transmission_type",
-        "valid",
-    )
-
-    def __init__(self, index: int) -> None:
-        self.index = index
-        self._fields: tuple[tuple[Callable[[], int], int, int], ...] = ()
-        self.cob_id, self.transmission_type, self.length = 0, DEVICE_EVENT, 0
-        self.valid = False
-        self.inhibit = self.event = 0.0
-        self.syncs = self.sync_start = 0
-        self.sent, self.due = -math.inf, math.inf
-        self.data: bytes | None = None
+    index: int  # of its communication parameters
+    cob_id: int = 0
+    valid: bool = False  # whether the PDO is valid and the device operational
+    transmission_type: int = DEVICE_EVENT  # sub-index 2
+    sync_start: int = 0  # SYNC counter with which transmission begins (sub-index 6); 0 after that or without
+    syncs: int = 0  # since the last transmission
+    inhibit: float = 0.0  # [s]
+    event: float = 0.0  # event timer [s]
+    length: int = 0  # [bytes]
+    data: bytes | None = None  # data that were sent last; None before the first transmission
+    sent: float = -math.inf  # when they were sent [s]
+    due: float = math.inf  # when the event timer sends it next, or the inhibit time ends [s]
+    _fields: tuple[tuple[Callable[[], int], int, int], ...] = ()
 
     def configure(self, objects: Objects, now: float, *, operational: bool) -> None:
         """Take over the PDO parameters of the object dictionary; timers restart."""
@@ -117,25 +97,19 @@ class Tpdo:
         return False
 
 
+@dataclass(slots=True, eq=False)
 class Rpdo:
-    """One RPDO as it is configured at the moment.
+    """One RPDO as it is configured at the moment."""
 
-    Attributes:
-        cob_id: COB-ID of the PDO.
-        valid: Whether the PDO is valid and the device operational.
-        waiting: Data that are applied at the next SYNC; None for none.
-        due: Time at which the deadline of the PDO passes [s].
-    """
-
-    __slots__ = ("_fields", "cob_id", "deadline", "due", "index", "length", "synchronous", "valid", "waiting")
-
-    def __init__(self, index: int) -> None:
-        self.index = index
-        self._fields: list[tuple[Key, int, int]] = []
-        self.cob_id, self.length, self.deadline = 0, 0, 0.0
-        self.valid = self.synchronous = False
-        self.due = math.inf
-        self.waiting: bytes | None = None
+    index: int  # of its communication parameters
+    cob_id: int = 0
+    valid: bool = False  # whether the PDO is valid and the device operational
+    synchronous: bool = False
+    length: int = 0  # [bytes]
+    deadline: float = 0.0  # [s]
+    due: float = math.inf  # time at which the deadline of the PDO passes [s]
+    waiting: bytes | None = None  # data that are applied at the next SYNC; None for none
+    _fields: Sequence[tuple[Key, int, int]] = ()
 
     def configure(self, objects: Objects, *, operational: bool) -> None:
         """Take over the PDO parameters; the deadline starts with the next reception."""

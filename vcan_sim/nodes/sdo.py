@@ -7,7 +7,7 @@ from binascii import crc_hqx
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
+from omnimate.vcan_sim.errors import Abort, SdoAbort
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -34,19 +34,12 @@ class _Transfer:
 
 @dataclass(slots=True)
 class BlockUpload:
-    """A block upload: an object sent to the client.
+    """A block upload: an object sent to the client."""
 
-    Attributes:
-        data: All bytes of the object.
-        block_size: Segments that the client takes before it answers.
-        sent: Segments that the client has confirmed.
-        offered: Segments of the present block; 0 before the first.
-    """
-
-    data: bytes
-    block_size: int
-    sent: int = 0
-    offered: int = 0
+    data: bytes  # all bytes of the object
+    block_size: int  # segments that the client takes before it answers
+    sent: int = 0  # segments that the client has confirmed
+    offered: int = 0  # segments of the present block; 0 before the first
 
     def segments(self) -> Iterator[bytes]:
         """Yield the segments of the next block."""
@@ -74,27 +67,17 @@ class BlockUpload:
 
 @dataclass(slots=True)
 class BlockDownload:
-    """A block download: an object received from the client.
-
-    Attributes:
-        index: Index of the object.
-        sub: Sub-index of the object.
-        size: Bytes that were announced; None where none were.
-        has_crc: Whether the client sends a CRC.
-        longest: Maximum number of bytes; a longer transfer is refused.
-        data: Bytes received so far, with the unused ones of the last segment.
-        sequence: Number of the last segment of the block that came in order.
-        is_ended: Whether the last segment has come.
-    """
+    """A block download: an object received from the client."""
 
     index: int
     sub: int
-    size: int | None
-    has_crc: bool
-    longest: int
+    size: int | None  # bytes that were announced; None where none were
+    has_crc: bool  # whether the client sends a CRC
+    longest: int  # maximum number of bytes; a longer transfer is refused
+    # bytes received so far, with the unused ones of the last segment
     data: bytearray = field(default_factory=bytearray)
-    sequence: int = 0
-    is_ended: bool = False
+    sequence: int = 0  # number of the last segment of the block that came in order
+    is_ended: bool = False  # whether the last segment has come
 
     def take(self, segment: bytes) -> bytes | None:
         """Process a segment; return the answer at the end of a block, else None."""
@@ -123,13 +106,7 @@ class BlockDownload:
 
 
 class SdoServer:
-    """Answers the requests of one client.
-
-    Args:
-        read: Returns an object's bytes.
-        write: Sets an object.
-        size: Returns how many bytes an object has; None for a string.
-    """
+    """Answers the requests of one client."""
 
     def __init__(
         self,

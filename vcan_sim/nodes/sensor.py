@@ -13,13 +13,7 @@ _MAX_SPEED = 2**15 - 1  # [counts/s]; the speed value is 16 bits wide and satura
 
 
 class Latch:
-    """The raw counts of all channels at the last SYNC, so that all encoders measure at the same instant.
-
-    Attributes:
-        counts: Counts at the last SYNC, in the order of the vehicle's channels.
-        previous: Counts at the SYNC before the last.
-        period: Time between two SYNCs [s].
-    """
+    """The raw `counts` of all channels at the last SYNC, `period` [s] after `previous`, for all encoders."""
 
     __slots__ = ("counts", "period", "previous")
 

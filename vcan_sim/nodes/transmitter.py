@@ -14,54 +14,33 @@ _NO_PDO = 0x7FF  # COB-ID used by a device that babbles before it has sent a PDO
 
 @dataclass(frozen=True, slots=True)
 class Babble:
-    """Frames with which a device floods the bus.
+    """Frames with which a device floods the bus."""
 
-    Attributes:
-        frames: Number of frames in one burst.
-        every: Time between two bursts [s].
-        cob_id: COB-ID of the frames; None for the device's own first TPDO.
-        data: Data of the frames; None for the last data of that TPDO.
-    """
-
-    frames: int
-    every: float
-    cob_id: int | None
-    data: bytes | None
+    frames: int  # number of frames in one burst
+    every: float  # time between two bursts [s]
+    cob_id: int | None  # COB-ID of the frames; None for the device's own first TPDO
+    data: bytes | None  # data of the frames; None for the last data of that TPDO
 
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """The faults of a device.
+    """The faults of a device."""
 
-    Attributes:
-        off: Whether the device is without power: it neither receives nor sends.
-        silent: Whether the device sends nothing.
-        frozen: Whether the device's PDOs repeat their last data.
-        length: Length that the device's PDOs are cut or filled up to [byte]; None for the length of their
-            mapping.
-        late_by: Delay of late PDOs [s].
-        late_every: One of this number of PDOs is late.
-        babble: Frames with which the device floods the bus; None for none.
-    """
-
-    off: bool = False
-    silent: bool = False
-    frozen: bool = False
+    off: bool = False  # whether the device is without power: it neither receives nor sends
+    silent: bool = False  # whether the device sends nothing
+    frozen: bool = False  # whether the device's PDOs repeat their last data
+    # length that the device's PDOs are cut or filled up to [byte]; None for the length of their mapping
     length: int | None = None
-    late_by: float = 0.0
-    late_every: int = 1
-    babble: Babble | None = None
+    late_by: float = 0.0  # delay of late PDOs [s]
+    late_every: int = 1  # one of this number of PDOs is late
+    babble: Babble | None = None  # frames with which the device floods the bus; None for none
 
 
 NONE = Disturbance()
 
 
 class Transmitter:
-    """Sends the frames of a device, changed by its faults.
-
-    Attributes:
-        due: Time at which delayed frames or the next burst are sent [s].
-    """
+    """Sends the frames of a device, changed by its faults; delayed frames or a burst are `due` [s]."""
 
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
         self._send = send

@@ -9,7 +9,8 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Self
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import can
 
@@ -20,7 +21,6 @@ from omnimate.driver.robot.bus_load import frame_bits
 from omnimate.driver.robot.events import EventLog
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.driver.robot.watch.robot_watch import RobotWatch
-from omnimate.driver.robot.watch.snapshot import Snapshot, Traffic
 from omnimate.files.logs.bus_events import BusEvents
 from omnimate.files.logs.formats.candump_writer import CandumpWriter
 from omnimate.files.logs.formats.python_can_logs import frame_of_message
@@ -30,9 +30,13 @@ from omnimate.files.logs.seen_mapping import seen_object
 from omnimate.vehicle.errors import OmnimateError, RecordingError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from omnimate.driver.robot.events import Event
+    from omnimate.driver.robot.watch.robot_watch import RobotView
+    from omnimate.files.logs.bus_events import NodeSeen
+    from omnimate.files.logs.live_table import LiveRow
     from omnimate.vehicle.parameters import VehicleParameters
 
 REFRESH = 0.25  # [s] between two snapshots
@@ -44,17 +48,40 @@ _BITS = {
     for extended in (False, True)
     for stuffed in (False, True)
 }
-
-
 Opener = Callable[[], can.BusABC]
 
 
-class _Clock(WallClock):
-    """Wall time, or the time in a log that is replayed.
+class Traffic(NamedTuple):
+    """How full the bus is."""
 
-    Args:
-        watch: Watch whose bus may be a log.
-    """
+    rate: float  # frames per second
+    least: float  # bits per second of classical frames without stuff bits
+    most: float  # bits per second of classical frames with every possible stuff bit
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """The bus at one moment."""
+
+    time: float  # when it was taken, as wall time [s], or the time in a log that is replayed
+    since: float  # time since the watch began [s]
+    frames: int  # number of frames so far
+    left_out: int  # number of frames that are none, or of identifiers beyond those that are counted
+    traffic: Traffic  # how full the bus is
+    rows: tuple[LiveRow, ...]  # frames by identifier
+    # last reported NMT state of each node, by interface and node id
+    nodes: Mapping[tuple[str, int], NodeSeen]
+    events: tuple[Event, ...]  # events in order of time
+    # PDO parameters that SDO traffic showed, by node, index and sub-index
+    seen: Mapping[tuple[int, int, int], int]
+    robot: RobotView | None  # where the robot is; None without a vehicle or before the first sample
+    lost: str | None  # why the bus cannot be read now; None where it can
+    recording: Path | None  # folder or file that is being recorded; None where none is
+    has_ended: bool  # whether it was a log, and its last frame was received
+
+
+class _Clock(WallClock):
+    """Wall time, or the time in a log that is replayed."""
 
     def __init__(self, watch: BusWatch) -> None:
         super().__init__(REFRESH)
@@ -71,24 +98,10 @@ class _Clock(WallClock):
 
 
 class BusWatch:
-    """Receives from a bus in a background thread.
-
-    Attributes:
-        vehicle: The robot on the bus; None where it is not known.
-        bus: The bus; another one after it was lost.
-        snapshot: State of the bus at the last `REFRESH`; replaced, never changed.
-    """
+    """Receives from a bus in a background thread; makes a new `snapshot` at every `REFRESH`."""
 
     def __init__(self, opened: Opener, vehicle: VehicleParameters | None = None) -> None:
-        """Open the bus.
-
-        Args:
-            opened: Opens the bus, and again after it was lost.
-            vehicle: The robot on the bus; None where it is not known.
-
-        Raises:
-            BusError: The bus cannot be opened.
-        """
+        """Open the bus by `opened`, and again after it was lost; raises BusError."""
         self.vehicle = vehicle
         self._opened = opened
         self.bus: can.BusABC = opened()
@@ -131,8 +144,7 @@ class BusWatch:
     def recv(self, timeout: float | None = None) -> can.Message | None:
         """Return the next frame, or None after `POLL` at the latest; what a reader takes for its bus.
 
-        Raises:
-            can.CanOperationError: The watch is to end, or the bus was lost.
+        Raises can.CanOperationError where the watch is to end, or the bus was lost.
         """
         if self._stop.is_set():
             raise can.CanOperationError("the watch has ended")

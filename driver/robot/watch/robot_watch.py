@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, cast
 
 from omnimate.driver.canopen.network import FrameSink
 from omnimate.driver.robot.passive import PassiveReader
-from omnimate.driver.robot.watch.snapshot import RobotView
 from omnimate.files.logs.decoding import encoder_conversion
 from omnimate.vehicle.odometry import Odometer
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import can
 
     from omnimate.driver.bus.clock import Clock
@@ -25,6 +27,25 @@ LINKAGE: tuple[Channel, ...] = ("joint_a", "joint_b", "link")
 SPAN = 4  # views over which speeds are taken
 
 
+@dataclass(frozen=True, slots=True)
+class RobotView:
+    """Where the robot is by the last sample.
+
+    Attributes:
+        samples: Number of samples.
+        missing: Channels that the last sample lacks.
+        linkage: Angle of each joint [rad] and length of the link [m].
+        speeds: Speed of each wheel over the last second [m/s], by the time stamps of its frames.
+        poses: Pose of each truck by odometry, from zero at the first sample [m, m, rad].
+    """
+
+    samples: int
+    missing: tuple[Channel, ...]
+    linkage: Mapping[Channel, float]
+    speeds: Mapping[Channel, float]
+    poses: Mapping[TruckName, PoseTuple]
+
+
 class TappedBus(FrameSink, Protocol):
     """Interface of a watched bus for a reader: it receives frames, and records them with their times."""
 
@@ -34,11 +55,7 @@ class TappedBus(FrameSink, Protocol):
 
 
 class RobotWatch:
-    """The robot by its odometry, which continues from the last pose when a lost bus is back.
-
-    Args:
-        vehicle: The robot.
-    """
+    """The robot by its odometry, which continues from the last pose when a lost bus is back."""
 
     def __init__(self, vehicle: VehicleParameters) -> None:
         self._vehicle = vehicle
@@ -49,11 +66,7 @@ class RobotWatch:
         self._before: deque[Sample] = deque(maxlen=SPAN + 1)
 
     def follow(self, bus: TappedBus, clock: Clock) -> None:
-        """Take the samples of a bus until it fails, with the times of a clock.
-
-        Raises:
-            BusError: The bus failed.
-        """
+        """Take the samples of a bus until it fails with BusError, with the times of a clock."""
         self._reader = PassiveReader(self._vehicle, cast("can.BusABC", bus), recorder=bus, clock=clock)
         self._before.clear()
         odometers = {truck: Odometer(self._vehicle, truck, start) for truck, start in self._poses.items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.driver.robot.configuration import choose_range
+from omnimate.driver.robot.configure import choose_range
 from omnimate.vehicle.parameters import Encoder
 
 widths = st.integers(8, 32)

@@ -13,8 +13,7 @@ from omnimate.driver.errors import (
     SdoRefused,
     WrongDevice,
 )
-from omnimate.driver.robot.configuration import with_ranges
-from omnimate.driver.robot.configure import configure_node
+from omnimate.driver.robot.configure import configure_node, with_ranges
 from omnimate.driver.robot.driver import Driver
 from omnimate.vehicle.parameters import Bus
 

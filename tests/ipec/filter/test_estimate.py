@@ -13,8 +13,7 @@ from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import Prior
 from omnimate.motion.paths import free, out_and_back, rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
-from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.floor import SMOOTH, Floor
+from omnimate.vcan_sim.floor import SMOOTH, Floor, bumps_under
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.sample import Sample

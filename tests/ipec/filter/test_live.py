@@ -12,8 +12,7 @@ from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import FilterNoise
 from omnimate.ipec.filter.smoother import smooth
 from omnimate.motion.paths import free
-from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.floor import Floor, bumps_under
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth

@@ -8,8 +8,7 @@ from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.prior import Prior
 from omnimate.ipec.filter.smoother import smooth
 from omnimate.motion.paths import rounded_rectangle
-from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.floor import Floor, bumps_under
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.recording import Poses

@@ -8,8 +8,7 @@ from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.records import Step
 from omnimate.ipec.filter.smoothing import run_block
 from omnimate.motion.paths import out_and_back
-from omnimate.vcan_sim.bumps import bumps_under
-from omnimate.vcan_sim.floor import Floor
+from omnimate.vcan_sim.floor import Floor, bumps_under
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth

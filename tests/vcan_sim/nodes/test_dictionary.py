@@ -3,8 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.vcan_sim.nodes.dictionary import Variable
-from omnimate.vcan_sim.nodes.objects import Objects
+from omnimate.vcan_sim.nodes.objects import Objects, Variable
 
 sizes = st.sampled_from([1, 2, 4, 8])
 

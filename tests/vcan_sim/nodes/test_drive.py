@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from omnimate.vcan_sim.nodes.power_state import PowerState, next_state
+from omnimate.vcan_sim.nodes.drive import PowerState, next_state
 from omnimate.vcan_sim.reference import reference_vehicle
 
 NODE, COUNTS = 11, 40_000  # of drive a.left; counts per turn

@@ -6,7 +6,7 @@ import logging
 import canopen
 import pytest
 
-from omnimate.vcan_sim.nodes.dictionary import EDS_FOLDER, load_dictionary
+from omnimate.vcan_sim.nodes.objects import EDS_FOLDER, load_dictionary
 
 FILES = sorted(path.name for path in EDS_FOLDER.glob("*.eds"))
 ENCODERS = [name for name in FILES if "406" in name]

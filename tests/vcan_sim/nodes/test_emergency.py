@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
+from omnimate.vcan_sim.errors import Abort, SdoAbort
 from omnimate.vcan_sim.nodes.emergency import HEARTBEAT_ERROR, LENGTH_ERROR, Emergency
 
 

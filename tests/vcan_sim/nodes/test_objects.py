@@ -2,9 +2,8 @@
 
 import pytest
 
-from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
-from omnimate.vcan_sim.nodes.dictionary import Variable
-from omnimate.vcan_sim.nodes.objects import Objects
+from omnimate.vcan_sim.errors import Abort, SdoAbort
+from omnimate.vcan_sim.nodes.objects import Objects, Variable
 
 HEARTBEAT, IDENTITY = (0x1017, 0), (0x1018, 1)
 

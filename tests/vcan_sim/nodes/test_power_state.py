@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.vcan_sim.nodes.power_state import PowerState, next_state, statusword
+from omnimate.vcan_sim.nodes.drive import PowerState, next_state, statusword
 
 states = st.sampled_from(PowerState)
 controlwords = st.integers(0, 0xFFFF)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.vcan_sim.nodes.abort import Abort, SdoAbort
+from omnimate.vcan_sim.errors import Abort, SdoAbort
 from omnimate.vcan_sim.nodes.sdo import SdoServer
 
 NAME = b"a name of more than seven bytes"
