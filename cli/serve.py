@@ -167,10 +167,10 @@ def _listen(settings: Settings, *, as_json: bool) -> None:
 
     from omnimate.service.access import keys as keys_of
     from omnimate.service.app import create_app
-    from omnimate.service.components import make_components
+    from omnimate.service.components import Components
     from omnimate.service.robot.robot_server import GC_THRESHOLDS, SWITCH_INTERVAL
 
-    components = make_components(settings)
+    components = Components(settings)
     if not settings.is_loopback:
         with components.database.reading() as db:
             if not any(key.revoked is None for key in keys_of(db)):

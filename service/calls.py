@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, TypeVar
 
@@ -56,26 +55,20 @@ def storable(text: str) -> str:
     return text if len(text) <= MAX_KEY_LENGTH else hashlib.sha256(text.encode()).hexdigest()
 
 
-def unanswered(caller: str, key: str, call: str, digest: str) -> AnswerRow:
-    """Return the row of a request that may be repeated, without its answer.
+def act_once(database: Database, request: AnswerRow | None, act: Callable[[Session], Answer]) -> Response:
+    """Carry out a request in one transaction, or answer as before where it was carried out already.
 
     Args:
-        caller: The name of the caller; two callers may use the same key.
-        key: The Idempotency-Key.
-        call: Method, path and query.
-        digest: A hash of the body.
-    """
-    return AnswerRow(
-        caller=caller, key=key, call=call, digest=digest, status=0, headers={}, body="", created=time.time()
-    )
-
-
-def act_once(database: Database, request: AnswerRow, act: Callable[[Session], Answer]) -> Response:
-    """Carry out a request in one transaction, or answer as before where it was carried out already.
+        database: The database.
+        request: The row of a request that may be repeated, without its answer; None for another one.
+        act: Makes the change.
 
     Raises:
         StateError: the key was used for another request.
     """
+    if request is None:
+        with database.writing() as db:
+            return act(db)
     try:
         with database.writing() as db:
             response = replayed(db, request)
@@ -96,11 +89,7 @@ def act_once(database: Database, request: AnswerRow, act: Callable[[Session], An
 
 
 def replayed(db: Session, request: AnswerRow) -> Response | None:
-    """Return the answer to a request that was carried out already; None where it was not.
-
-    Raises:
-        StateError: the key was used for another request.
-    """
+    """Return the answer to a request that was carried out already; None where it was not."""
     before = db.get(AnswerRow, (request.caller, request.key))
     if before is None:
         return None
@@ -137,7 +126,7 @@ class Call:
         Raises:
             StateError: the Idempotency-Key was used for another request.
         """
-        return self._act(self._request(body), act)
+        return act_once(self.components.database, self._request(body), act)
 
     def compute_and_change(
         self, body: BaseModel | bytes | None, compute: Callable[[], T], act: Callable[[Session, T], Answer]
@@ -148,30 +137,21 @@ class Call:
             body: The body of the request.
             compute: Reads and computes what the change needs; not called for a repeated request.
             act: Checks that what was read has not changed meanwhile, and makes the change.
-
-        Raises:
-            StateError: the Idempotency-Key was used for another request.
         """
-        request = self._request(body)
+        request, database = self._request(body), self.components.database
         if request is not None:
-            with self.components.database.reading() as db:
+            with database.reading() as db:
                 response = replayed(db, request)
             if response is not None:
                 return response
         computed = compute()
-        return self._act(request, lambda db: act(db, computed))
+        return act_once(database, request, lambda db: act(db, computed))
 
     def _request(self, body: BaseModel | bytes | None) -> AnswerRow | None:
+        """Return the row of a request with an Idempotency-Key, which two callers may share."""
         if self.key is None:
             return None
-        return unanswered(self.caller.name, self.key, self.name, digest_of(body))
-
-    def _act(self, request: AnswerRow | None, act: Callable[[Session], Answer]) -> Response:
-        database = self.components.database
-        if request is not None:
-            return act_once(database, request, act)
-        with database.writing() as db:
-            return act(db)
+        return AnswerRow(caller=self.caller.name, key=self.key, call=self.name, digest=digest_of(body))
 
 
 Authorization = Annotated[str | None, Header(include_in_schema=False)]

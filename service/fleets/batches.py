@@ -1,8 +1,8 @@
-"""Batches as jobs: their process, and its stored outcome."""
+"""Batches as jobs: their thread, their process, and its stored outcome."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import select
 
@@ -13,6 +13,7 @@ from omnimate.service.fleets.findings import note_findings
 from omnimate.service.fleets.models import Batch, BatchStart
 from omnimate.service.jobs.process import running
 from omnimate.service.jobs.queue import ENDED_STATES, queue_job
+from omnimate.service.jobs.worker import Worker
 from omnimate.service.store.tables import BatchRow, FleetRow, find_row
 
 if TYPE_CHECKING:
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from omnimate.fleet.batch.run import Workers
+    from omnimate.service.event_stream import EventStream
     from omnimate.service.jobs.process import JobProcess
+    from omnimate.service.settings import Settings
     from omnimate.service.store.database import Database
     from omnimate.service.store.recordings import FleetStores
     from omnimate.service.store.tables import JobRow
@@ -63,24 +66,28 @@ def batch_view(row: JobRow) -> Batch:
     return Batch.of(row, **(row.asked or {}), **(NOT_ENDED | (row.summary or {})))
 
 
-class Batches:
-    """The batches among the jobs."""
+class BatchWorker(Worker):
+    """The thread that processes the recordings of fleets."""
 
-    table: Final = BatchRow
+    table = BatchRow
+    view = staticmethod(batch_view)
 
-    def __init__(self, stores: FleetStores, jobs: int = 1, scheduler: str | None = None) -> None:
-        self._stores, self._jobs, self._scheduler = stores, jobs, scheduler
+    def __init__(
+        self, database: Database, events: EventStream, settings: Settings, stores: FleetStores
+    ) -> None:
+        super().__init__(database, events, settings.instance)
+        self._settings, self._stores = settings, stores
 
-    def start(self, database: Database, job_id: str, _place: Path) -> AbstractContextManager[JobProcess]:
+    def start_job(self, job_id: str, _place: Path) -> AbstractContextManager[JobProcess]:
         """Return the process of a batch."""
         from omnimate.fleet.batch.run import Workers
 
-        with database.reading() as db:
+        with self._database.reading() as db:
             row = find_row(db, BatchRow, job_id)
         assert row.fleet is not None
         asked = row.asked or {}
-        workers = Workers(self._jobs, self._scheduler)
-        store, results = self._stores.store(row.fleet), self._stores.results(row.fleet)
+        store, results = self._stores.recordings_of(row.fleet).url, self._stores.results_of(row.fleet).url
+        workers = Workers(self._settings.jobs, self._settings.scheduler)
         return running("batch", run_fleet_batch, store, results, asked["day"], asked["diagnose"], workers)
 
     def store_result(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
@@ -90,8 +97,6 @@ class Batches:
         if report is not None:
             assert row.fleet is not None
             note_findings(db, row.fleet, report)
-
-    view = staticmethod(batch_view)
 
 
 def run_fleet_batch(

@@ -184,21 +184,13 @@ class FleetStores:
     def __init__(self, root: str) -> None:
         self._root = root.rstrip("/")
 
-    def store(self, fleet: str) -> str:
-        """Return the folder or URL of a fleet's recordings, as `omnimate fleet run` takes it."""
-        return f"{self._root}/{fleet}"
-
-    def results(self, fleet: str) -> str:
-        """Return the folder or URL of a fleet's results."""
-        return f"{self.store(fleet)}/results"
-
     def recordings_of(self, fleet: str) -> Files:
-        """Return the files of a fleet's recordings."""
-        return open_files(self.store(fleet))
+        """Return the files of a fleet's recordings, whose root is a store of `omnimate fleet run`."""
+        return open_files(f"{self._root}/{fleet}")
 
     def results_of(self, fleet: str) -> Files:
         """Return the files of a fleet's results."""
-        return open_files(self.results(fleet))
+        return open_files(f"{self._root}/{fleet}/results")
 
 
 def read_in_process(

@@ -223,10 +223,10 @@ class AnswerRow(Base):
     key: Mapped[str] = mapped_column(String(200), primary_key=True)
     call: Mapped[str] = mapped_column(String(400))
     digest: Mapped[str] = mapped_column(String(64))
-    status: Mapped[int]
-    headers: Mapped[dict[str, str]] = mapped_column(JsonText)
-    body: Mapped[str] = mapped_column(Text)
-    created: Mapped[float]
+    status: Mapped[int] = mapped_column(default=0)
+    headers: Mapped[dict[str, str]] = mapped_column(JsonText, default=dict)
+    body: Mapped[str] = mapped_column(Text, default="")
+    created: Mapped[float] = mapped_column(default=_now)
 
 
 class FleetRow(ListedRow):

@@ -6,7 +6,6 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
 
 from omnimate.service.errors import NotFoundError, StateError, TooManyError
-from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
 from omnimate.service.jobs.queue import (
     ENDED_STATES,
     MAX_ATTEMPTS,
@@ -15,6 +14,7 @@ from omnimate.service.jobs.queue import (
     add_job,
     cancel_job,
     claim_job,
+    expire_sessions_and_requeue_jobs,
     finish_job,
     has_queued,
     job_of,

@@ -21,11 +21,10 @@ from hypothesis.stateful import (
 )
 from sqlalchemy import select
 
-from omnimate.service import calls
 from omnimate.service.access import LOCAL
 from omnimate.service.calls import Call
 from omnimate.service.errors import StateError
-from omnimate.service.jobs import housekeeping, queue
+from omnimate.service.jobs import queue
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.routes import diagnoses, umbmark_sessions
 from omnimate.service.store import tables, vehicles
@@ -44,10 +43,10 @@ OUTCOMES = {
     "died": {"died": "its process ended with code -9"},
     "stopped": None,
 }
-TIMED = (calls, housekeeping, queue, samples, sessions, tables, umbmark_sessions)  # read the clock
+TIMED = (queue, samples, sessions, tables, umbmark_sessions)  # read the clock
 # The bounds themselves, what is within and beyond them, and a clock that is set back.
 JUMPS = st.sampled_from(
-    [1.0] * 6 + [sessions.LEASE, queue.LEASE] * 2 + [LIFETIME, housekeeping.ANSWERS_KEPT, -3600.0]
+    [1.0] * 6 + [sessions.LEASE, queue.LEASE] * 2 + [LIFETIME, queue.ANSWERS_KEPT, -3600.0]
 )
 
 
@@ -140,7 +139,7 @@ class Store(RuleBasedStateMachine):
 
     @rule()
     def a_service_keeps_house(self):
-        interrupted = housekeeping.expire_sessions_and_requeue_jobs(self.database)
+        interrupted = queue.expire_sessions_and_requeue_jobs(self.database)
         expected = []
         for number, session in self.sessions.items():
             drives = session["state"] == "driving"
@@ -153,7 +152,7 @@ class Store(RuleBasedStateMachine):
         for job in self.jobs.values():
             if job["state"] == "running" and lease_is_over(job["lease"], self.now, queue.LEASE):
                 self.given_back(job)
-        oldest = self.now - housekeeping.ANSWERS_KEPT
+        oldest = self.now - queue.ANSWERS_KEPT
         self.answers = {key: answer for key, answer in self.answers.items() if answer["created"] >= oldest}
 
     @precondition(lambda self: len(self.sessions) < 5)
