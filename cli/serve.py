@@ -117,7 +117,7 @@ def serve(
 ) -> None:
     """Serve calibration, recordings, diagnoses and fleets over REST, with a web page."""
     _require_service()
-    from omnimate.service.json_log import log_as_json
+    from omnimate.service.request_log import log_as_json
     from omnimate.service.settings import Settings
 
     if log_format == "json":

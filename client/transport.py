@@ -79,11 +79,7 @@ class Transport:
     context: ssl.SSLContext | None
 
     def __post_init__(self) -> None:
-        """Check the URL.
-
-        Raises:
-            UrlError: it is neither http nor https.
-        """
+        """Check the URL; UrlError where it is neither http nor https."""
         if not self.url.startswith(("http://", "https://")):
             raise UrlError(self.url)
 

@@ -24,7 +24,7 @@ from omnimate.service.errors import (
     StateError,
     UnavailableError,
 )
-from omnimate.service.request_ids import HEADER, request_id
+from omnimate.service.request_log import HEADER, request_id
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:

@@ -109,17 +109,11 @@ def _is_left_out(member: zipfile.ZipInfo) -> bool:
 
 @contextmanager
 def opened_zip(content: bytes, most_files: int, limit: int, expected: str) -> Iterator[UploadedZip]:
-    """Yield an uploaded zip.
-
-    Args:
-        content: The content of the zip.
-        most_files: The largest number of files.
-        limit: The largest size of all unpacked files [bytes].
-        expected: What to zip, for messages.
+    """Yield an uploaded zip; messages say what to zip (`expected`).
 
     Raises:
         MediaTypeError: the content is not a zip, here or within the block.
-        TooLargeError: the zip holds too many files, or they are larger than the limit.
+        TooLargeError: the zip holds too many files, or they are larger than the limit [bytes] when unpacked.
     """
     entries = content.count(_ENTRY)
     if entries > 2 * most_files:  # files and folders

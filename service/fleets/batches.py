@@ -37,22 +37,14 @@ WORKING = 0.95  # of a batch's progress; the rest is judging
 
 
 def add_batch(db: Session, fleet: str, start: BatchStart) -> JobRow:
-    """Queue a batch of a fleet.
-
-    Raises:
-        NotFoundError: there is no fleet of this name.
-    """
+    """Queue a batch of a fleet; NotFoundError where there is no fleet of this name."""
     find_row(db, FleetRow, fleet)
     asked = {"day": start.day, "diagnose": start.diagnose}
     return queue_job(db, BatchRow, fleet=fleet, asked=asked, priority=start.priority, recordings=[])
 
 
 def require_no_batch(db: Session, fleet: str) -> None:
-    """Refuse what a batch of the fleet would undo, or would see half done.
-
-    Raises:
-        StateError: a batch of the fleet waits or runs.
-    """
+    """Refuse, by StateError, what a batch of the fleet that has not ended would undo, or see half done."""
     unfinished = (BatchRow.fleet == fleet) & BatchRow.state.not_in(ENDED_STATES)
     row = db.scalars(select(BatchRow).where(unfinished).limit(1)).first()
     if row is not None:
@@ -109,13 +101,8 @@ def run_fleet_batch(
 ) -> dict[str, Any]:
     """Process a fleet's recordings and judge the day; return what was done, and the daily report.
 
-    Args:
-        report_progress: Called with the fraction done and a description.
-        store: Folder or URL of the recordings.
-        results: Folder or URL of the results.
-        day: Date of the recordings; None for all.
-        diagnosed: Whether whole diagnoses are made where triage asks for them.
-        workers: The processes.
+    Recordings of all dates are processed where `day` is None; whole diagnoses are made where triage asks for
+    them and `diagnosed` is set.
     """
     from omnimate.fleet.batch.files import open_files
     from omnimate.fleet.batch.run import run_batch

@@ -28,6 +28,7 @@ from omnimate.service.fleets.models import (
     FleetRecording,
     FleetRobot,
     Place,
+    RecordingFailed,
 )
 
 if TYPE_CHECKING:
@@ -42,8 +43,7 @@ LATEST = "latest"
 
 def fleet_view(row: FleetRow, results: Files) -> Fleet:
     """Return a fleet with a summary of its latest report."""
-    days = list_days(results)
-    report = latest_report(results)
+    days, report = list_days(results), latest_report(results)
     states = Counter(sorted(robot.state for robot in robots_view(results, report)))
     return Fleet(
         name=row.id,
@@ -62,11 +62,7 @@ def latest_report(results: Files) -> DailyReport | None:
 
 
 def report_of(results: Files, day: str) -> DailyReport:
-    """Return the report of a day, or the latest one.
-
-    Raises:
-        NotFoundError: there is no report, or not of that day.
-    """
+    """Return the report of a day, or the latest one; NotFoundError where there is none."""
     try:
         return read_report(results, None if day == LATEST else day)
     except FleetError as error:
@@ -80,32 +76,24 @@ def report_view(report: DailyReport) -> FleetNight:
         report,
         judged=len(report.changes),
         sick=[judged[change.robot] for change in report.faulty],
-        places=[place_view(place) for place in report.places],
+        places=[_place_view(place) for place in report.places],
         asked=report.repeated,
-        failed=[
-            {"robot": robot, "recording": recording, "problem": why}
-            for robot, recording, why in report.failed
-        ],
+        failed=[dict(zip(RecordingFailed.model_fields, failed, strict=True)) for failed in report.failed],
     )
 
 
-def place_view(place: BadPlace) -> Place:
-    """Return a bad place."""
+def _place_view(place: BadPlace) -> Place:
     return Place.of(place, says=describe_place(place))
 
 
 def floor_view(results: Files, report: DailyReport, floor: str | None) -> FleetFloor:
-    """Return a floor as of a daily report; by default that with most recordings.
-
-    Raises:
-        NotFoundError: the fleet has no such floor.
-    """
+    """Return a floor as of a daily report, by default that with most recordings; NotFoundError without it."""
     names = [summary.floor for summary in report.floors]
     name = names[0] if floor is None else floor
     if name not in names:
         raise NotFoundError("floor", name)
     driven = [(x, y, int(count)) for x, y, count in read_floor(results, report.day, name).tolist()]
-    places = [place_view(place) for place in report.places if place.floor == name]
+    places = [_place_view(place) for place in report.places if place.floor == name]
     return FleetFloor(day=report.day, floor=name, cell=CELL, driven=driven, places=places)
 
 
@@ -117,11 +105,7 @@ def robots_view(results: Files, report: DailyReport | None) -> list[FleetRobot]:
 
 
 def robot_view(results: Files, robot: str) -> FleetRobot:
-    """Return a robot as of the latest report.
-
-    Raises:
-        NotFoundError: no recording of it has results.
-    """
+    """Return a robot as of the latest report; NotFoundError where no recording of it has results."""
     if not results.glob(f"recordings/robot={robot}"):
         raise NotFoundError("robot", robot)
     judged = read_robot(results, robot)
@@ -129,11 +113,7 @@ def robot_view(results: Files, robot: str) -> FleetRobot:
 
 
 def history_view(results: Files, robot: str) -> FleetHistory:
-    """Return a robot's history.
-
-    Raises:
-        NotFoundError: no recording of it has results.
-    """
+    """Return a robot's history; NotFoundError where no recording of it has results."""
     courses = [FleetCourse.of(course) for course in read_history(results, robot)]
     return FleetHistory(robot=robot_view(results, robot), courses=courses)
 
@@ -141,14 +121,7 @@ def history_view(results: Files, robot: str) -> FleetHistory:
 def recordings_view(
     results: Files, robot: str, limit: int, after: str | None
 ) -> tuple[list[FleetRecording], str | None]:
-    """Return a page of a robot's recordings, newest first, and the cursor of the next page.
-
-    Args:
-        results: The fleet's results.
-        robot: Name of the robot.
-        limit: The largest number of recordings of the page.
-        after: The cursor, DAY_RECORDING; None for the first page.
-    """
+    """Return a page of a robot's recordings, newest first, and the cursor of the next one, DAY_RECORDING."""
     paths = {
         f"{path.split('/')[2].removeprefix('day=')}_{path.split('/')[3].rpartition('-')[0]}": path
         for path in results.glob(f"recordings/robot={robot}/day=*/*.parquet")

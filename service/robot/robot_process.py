@@ -12,8 +12,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 from omnimate.service.errors import UnavailableError
-from omnimate.service.json_log import logs_json
 from omnimate.service.processes import process_context
+from omnimate.service.request_log import logs_json
 from omnimate.service.robot.frame_feed import FrameLines
 from omnimate.service.robot.observer import nodes_event, state_event
 from omnimate.service.robot.robot_server import RobotStatus, run
@@ -95,11 +95,7 @@ class RobotProcess:
         self.send("reload")
 
     def learned(self) -> Learned | None:
-        """Return what the tracker has learned, of which vehicle; None where it does not follow the robot.
-
-        Raises:
-            UnavailableError: the process does not answer.
-        """
+        """Return what the tracker has learned, of which vehicle; None where it does not follow the robot."""
         return cast("Learned | None", self.call("learned"))
 
     def send(self, name: str, *arguments: object, number: int | None = None) -> bool:
@@ -117,11 +113,7 @@ class RobotProcess:
         return True
 
     def call(self, name: str, *arguments: object) -> Any:  # noqa: ANN401  # as the call returns
-        """Make a call; return its answer, or raise the exception that it raised.
-
-        Raises:
-            UnavailableError: the process has ended, or does not answer in time.
-        """
+        """Make a call; return its answer, or raise its exception; UnavailableError without one in time."""
         number, answer = next(self._numbers), Future[Any]()
         self._answers[number] = answer
         try:
@@ -215,12 +207,7 @@ class RemoteReservation:
         self._robot = robot
 
     def reserve(self, session: str) -> None:
-        """Reserve the robot for a session.
-
-        Raises:
-            UnavailableError: the robot cannot drive.
-            StateError: the robot is reserved for another session.
-        """
+        """Reserve the robot for a session."""
         try:
             self._robot.call("reserve", session)
         except UnavailableError:

@@ -68,9 +68,7 @@ def make_result(
 ) -> Result:
     """Return the calibration of a session's vehicle by its runs.
 
-    Raises:
-        StateError: no truck has runs in both directions.
-        InvalidValueError: the data do not allow the method.
+    Raises as `experiments_of`, and InvalidValueError where the data do not allow the method.
     """
     experiments = experiments_of(row, samples, vehicle)
     try:
