@@ -19,7 +19,6 @@ from omnimate.service.request_log import RequestIds
 from omnimate.service.routes import (
     diagnoses,
     fleet_results,
-    fleet_webhooks,
     fleets,
     health,
     learned,
@@ -47,7 +46,6 @@ ROUTES = (
     diagnoses,
     fleets,
     fleet_results,
-    fleet_webhooks,
     robot,
     health,
 )

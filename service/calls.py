@@ -31,17 +31,13 @@ MAX_KEY_LENGTH = 200
 
 
 class Answer(Response):
-    """The answer to a request that changes something, as JSON.
-
-    Attributes:
-        additional: Its headers other than those of every answer.
-    """
+    """The answer to a request that changes something, as JSON."""
 
     media_type = JSON
 
     def __init__(self, content: BaseModel, status: int = 200, headers: dict[str, str] | None = None) -> None:
         super().__init__(content.model_dump_json(), status, headers)
-        self.additional = headers or {}
+        self.additional = headers or {}  # to the headers of every answer
 
 
 def digest_of(body: BaseModel | bytes | None) -> str:
@@ -58,13 +54,7 @@ def storable(text: str) -> str:
 def act_once(database: Database, request: AnswerRow | None, act: Callable[[Session], Answer]) -> Response:
     """Carry out a request in one transaction, or answer as before where it was carried out already.
 
-    Args:
-        database: The database.
-        request: The row of a request that may be repeated, without its answer; None for another one.
-        act: Makes the change.
-
-    Raises:
-        StateError: the key was used for another request.
+    It has a row, without its answer, where it may be repeated; StateError where its key was used for another.
     """
     if request is None:
         with database.writing() as db:
@@ -106,26 +96,15 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """What every route works with.
-
-    Attributes:
-        components: The components of the application.
-        caller: Who calls.
-        key: The Idempotency-Key; None where there is none.
-        name: Method, path and query; a hash where that is long.
-    """
+    """What every route works with."""
 
     components: Components
     caller: Caller
-    key: str | None
-    name: str
+    key: str | None  # Idempotency-Key
+    name: str  # method, path and query; a hash where that is long
 
     def change(self, body: BaseModel | bytes | None, act: Callable[[Session], Answer]) -> Response:
-        """Carry out a change in one transaction; with an Idempotency-Key, once only.
-
-        Raises:
-            StateError: the Idempotency-Key was used for another request.
-        """
+        """Carry out a change in one transaction; with an Idempotency-Key, once only, as `act_once`."""
         return act_once(self.components.database, self._request(body), act)
 
     def compute_and_change(
@@ -133,10 +112,7 @@ class Call:
     ) -> Response:
         """Compute outside of any transaction, then carry out a change in a short one, as `change`.
 
-        Args:
-            body: The body of the request.
-            compute: Reads and computes what the change needs; not called for a repeated request.
-            act: Checks that what was read has not changed meanwhile, and makes the change.
+        `compute` is not called for a repeated request; `act` checks that what it read is unchanged.
         """
         request, database = self._request(body), self.components.database
         if request is not None:

@@ -117,11 +117,7 @@ def queue_job(db: Session, table: type[JobRow], **columns: Any) -> JobRow:  # no
 
 
 def cancel_job(row: JobRow) -> JobRow:
-    """Cancel a locked job that has not ended, and return it; its worker stops when it renews the lease.
-
-    Raises:
-        StateError: the job has ended already.
-    """
+    """Cancel a locked job; its worker stops when it renews the lease. StateError where it has ended."""
     if row.state in ENDED_STATES:
         raise StateError(f"{row.noun()} {row.id} is {row.state} already")
     row.state, row.doing, row.changed = "cancelled", "", time.time()

@@ -29,15 +29,11 @@ MAX_DELAY = 0.5  # [s] of host time; a longer delay is not caught up with
 
 
 class PacedClock(SyncClock):
-    """SYNC number k has the time start + k * period, and comes when the host's time has passed `pace` times.
-
-    Attributes:
-        skipped: The number of SYNCs that were left out, always 0: a simulated bus waits for its master.
-    """
+    """SYNC number k has the time start + k * period, and comes when `pace` times the host's has passed."""
 
     def __init__(self, period: float, start: float) -> None:
         super().__init__(period, start)
-        self.skipped = 0
+        self.skipped = 0  # SYNCs that were left out: a simulated bus waits for its master
         self._pace = 1.0
         self._anchor()
 
@@ -64,17 +60,11 @@ TAPE_SIGMA = np.array([0.005, 0.005, 0.01])  # [m, m, rad], of a pose that a per
 
 @dataclass(frozen=True, slots=True)
 class RobotConnection:
-    """A robot whose bus is open.
-
-    Attributes:
-        driver: The driver, which reads and commands the robot through the bus.
-        fix: Measures the absolute pose of a truck; None where only a person can.
-        clock: The clock of a simulated robot, whose pace may be changed; None for a real one.
-    """
+    """A robot whose bus is open."""
 
     driver: Driver
-    fix: Fix | None = None
-    clock: PacedClock | None = None
+    fix: Fix | None = None  # measures the absolute pose of a truck; None where only a person can
+    clock: PacedClock | None = None  # of a simulated robot; None for a real one
 
     def set_pace(self, pace: float) -> None:
         """Let the time of a simulated robot pass `pace` times as fast as real time."""

@@ -48,11 +48,7 @@ def spawned(connection: Connection, settings: Settings, vehicle: str) -> BasePro
 class RobotProcess:
     """The robot's process, started again when it ends; the methods may be called from any thread.
 
-    Attributes:
-        mode: `simulated` or `bus`.
-        status: The robot as the process reported it last.
-        lines: The frames of the bus, which the process sends while somebody reads them.
-        reservation: The session that the robot is reserved for.
+    It sends the frames of the bus, `lines`, while somebody reads them.
     """
 
     def __init__(

@@ -39,13 +39,7 @@ _log = logging.getLogger(__name__)
 
 
 class RobotThread:
-    """The robot on the bus; its methods may be called from any thread.
-
-    Attributes:
-        reservation: The session that the robot is reserved for, and whether it may go on.
-        observer: Takes every sample.
-        frame_feed: Receives every frame of the bus.
-    """
+    """The robot on the bus; its methods may be called from any thread."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""A fleet's results over REST: daily reports, floors, and the state, history and report of a robot."""
+"""A fleet's results over REST: daily reports, floors, robots, findings and the webhooks that get them."""
 
 from __future__ import annotations
 
@@ -7,14 +7,18 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 from fastapi import Path as PathParameter
 from fastapi.responses import HTMLResponse, Response
+from sqlalchemy.orm import Session as Db
 
 from omnimate.fleet.batch.files import Files
 from omnimate.fleet.report_store import list_days
-from omnimate.service.calls import Call, Reading
+from omnimate.service.calls import Answer, Call, Operating, Reading
 from omnimate.service.fleets.models import (
     DAY_PATTERN,
     PLAIN_PATTERN,
     Day,
+    Delivery,
+    Finding,
+    FindingState,
     FleetFloor,
     FleetHistory,
     FleetNight,
@@ -22,6 +26,8 @@ from omnimate.service.fleets.models import (
     FleetRobot,
     PlainName,
     State,
+    Webhook,
+    WebhookStart,
 )
 from omnimate.service.fleets.results import (
     LATEST,
@@ -34,15 +40,18 @@ from omnimate.service.fleets.results import (
     robot_view,
     robots_view,
 )
-from omnimate.service.routes.common import ALWAYS, Limit, Page
+from omnimate.service.fleets.webhooks import add_webhook, remove_webhook, webhook_view
+from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
 from omnimate.service.routes.diagnoses import REPORT_HEADERS
 from omnimate.service.routes.fleets import PREFIX, FleetName, RobotName
-from omnimate.service.store.tables import FleetRow, find_row
+from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow, find_row, read_page
+from omnimate.service.umbmark.models import Id
 
 router = APIRouter(prefix=PREFIX, tags=["fleets"], responses=ALWAYS)
 ReportDay = Annotated[
     str, PathParameter(pattern=f"{DAY_PATTERN}|^{LATEST}$", description="Date of the report, or `latest`.")
 ]
+WebhookId = Annotated[Id, PathParameter(description="The id of the webhook.")]
 RobotLimit = Annotated[int, Query(ge=1, le=2000, description="The largest number of items of the page.")]
 
 
@@ -130,6 +139,77 @@ def get_robot_report(fleet: FleetName, robot: RobotName, call: Reading) -> Respo
     history = history_view(results, robot)
     recordings, _ = recordings_view(results, robot, 30, None)
     return HTMLResponse(render(fleet, history, recordings), headers=REPORT_HEADERS)
+
+
+@router.get("/{fleet}/findings")
+def list_findings(
+    fleet: FleetName,
+    call: Reading,
+    state: FindingState | None = None,
+    limit: Limit = 50,
+    after: After = None,
+) -> Page[Finding]:
+    """Return the findings of a fleet, newest first."""
+    where = [FindingRow.fleet == fleet, *([FindingRow.state == state] if state else [])]
+    with call.components.database.reading() as db:
+        find_row(db, FleetRow, fleet)
+        rows, next_page = read_page(db, FindingRow, limit, after, *where)
+        return Page(items=[Finding.of(row) for row in rows], next=next_page)
+
+
+@router.post("/{fleet}/webhooks", status_code=201, response_model=Webhook)
+def create_webhook(fleet: FleetName, body: WebhookStart, call: Operating) -> Response:
+    """Have findings sent to an address. The answer holds the secret that signs them, this once."""
+
+    def act(db: Db) -> Answer:
+        find_row(db, FleetRow, fleet)
+        row = add_webhook(db, fleet, body.url)
+        location = {"Location": f"{PREFIX}/{fleet}/webhooks/{row.id}"}
+        return Answer(webhook_view(row, whole=True), 201, location)
+
+    return call.change(body, act)
+
+
+@router.get("/{fleet}/webhooks")
+def list_webhooks(fleet: FleetName, call: Reading, limit: Limit = 50, after: After = None) -> Page[Webhook]:
+    """Return the webhooks of a fleet, newest first."""
+    with call.components.database.reading() as db:
+        find_row(db, FleetRow, fleet)
+        rows, next_page = read_page(db, WebhookRow, limit, after, WebhookRow.fleet == fleet)
+        return Page(items=[webhook_view(row) for row in rows], next=next_page)
+
+
+@router.get("/{fleet}/webhooks/{webhook_id}")
+def get_webhook(fleet: FleetName, webhook_id: WebhookId, call: Reading) -> Webhook:
+    """Return a webhook without its secret."""
+    with call.components.database.reading() as db:
+        return webhook_view(find_row(db, WebhookRow, webhook_id, fleet=fleet))
+
+
+@router.delete("/{fleet}/webhooks/{webhook_id}", response_model=Done)
+def delete_webhook(fleet: FleetName, webhook_id: WebhookId, call: Operating) -> Response:
+    """Remove a webhook; messages that wait for it are given up."""
+
+    def act(db: Db) -> Answer:
+        remove_webhook(db, find_row(db, WebhookRow, webhook_id, fleet=fleet))
+        return Answer(Done(done=f"webhook {webhook_id} is removed"))
+
+    return call.change(None, act)
+
+
+@router.get("/{fleet}/webhooks/{webhook_id}/deliveries")
+def list_deliveries(
+    fleet: FleetName,
+    webhook_id: WebhookId,
+    call: Reading,
+    limit: Limit = 50,
+    after: After = None,
+) -> Page[Delivery]:
+    """Return the messages to a webhook, newest first: waiting, accepted or given up."""
+    with call.components.database.reading() as db:
+        find_row(db, WebhookRow, webhook_id, fleet=fleet)
+        rows, next_page = read_page(db, DeliveryRow, limit, after, DeliveryRow.webhook == webhook_id)
+        return Page(items=[Delivery.of(row) for row in rows], next=next_page)
 
 
 def _results(call: Call, fleet: str) -> Files:

@@ -45,13 +45,7 @@ class SessionDrives:
         self._orders: list[DriveOrder] = []
 
     def prepare(self, row: SessionRow) -> None:
-        """Reserve the robot on the bus for a session.
-
-        Raises:
-            InvalidValueError: the session is of another vehicle.
-            UnavailableError: the robot cannot drive now.
-            StateError: the robot drives for another session.
-        """
+        """Reserve the robot on the bus, which must be that of the session, as `Reservation.reserve`."""
         components = self._components
         if row.vehicle != components.vehicle:
             raise InvalidValueError(
@@ -186,13 +180,7 @@ def _continue_driving(db: Db, row: SessionRow, drives: SessionDrives) -> None:
 
 
 def _squares(call: Call, session_id: str, recording_id: str) -> list[SampleRow]:
-    """Return the squares of an uploaded recording, of which there is one at least.
-
-    Raises:
-        NotFoundError: there is no such recording.
-        InvalidValueError: the recording is of another robot, holds no square, or has a lap that is no square
-            or lacks a fix.
-    """
+    """Return the squares of an uploaded recording of the session's robot, of which there is one at least."""
     with call.components.database.reading() as db:
         row = find_row(db, SessionRow, session_id)
         sessions.require_call(row, "sample", time.time())

@@ -53,11 +53,7 @@ def summarize(recording: Recording) -> dict[str, Any]:
 
 
 def summarize_upload(recording: Recording) -> dict[str, Any]:
-    """Return the same of a recording whose robot the service could store.
-
-    Raises:
-        InvalidValueError: it could not, by its name.
-    """
+    """Return the same of a recording whose robot the service could store; InvalidValueError of another."""
     require_name(recording.vehicle, f"{VEHICLE}: name")
     return summarize(recording)
 

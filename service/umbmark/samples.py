@@ -103,11 +103,7 @@ def add_sample(
 
 
 def require_new(db: Db, row: SessionRow, recording: str) -> None:
-    """Refuse a recording whose runs the session has: counted twice, they would look more certain.
-
-    Raises:
-        StateError: the session has a run of this recording.
-    """
+    """Refuse, by StateError, a recording whose runs the session has: twice, they would look more certain."""
     of_recording = (SampleRow.session == row.id) & (SampleRow.recording == recording)
     number = db.scalar(select(func.min(SampleRow.number)).where(of_recording))
     if number is not None:
@@ -136,11 +132,7 @@ def squares_of(recording: Recording, vehicle: VehicleParameters, side: float) ->
 
 
 def remove_sample(db: Db, row: SessionRow, number: int) -> None:
-    """Remove a run; a former result of the session is discarded.
-
-    Raises:
-        NotFoundError: the session has no run with this number.
-    """
+    """Remove a run, or raise NotFoundError; a former result of the session is discarded."""
     sample = db.get(SampleRow, (row.id, number))
     if sample is None:
         raise NotFoundError(f"run of session {row.id}:", str(number))
