@@ -37,9 +37,9 @@ class LearnedValue(RowModel):
 
     name: str
     unit: Literal["m", "s", "rad"]
-    described: Annotated[float, Field(description="The value of the vehicle's version.")]
-    value: Annotated[float, Field(description="The value that was learned.")]
-    sigma: Annotated[float, Field(description="Its standard deviation.")]
+    described: float = Field(description="The value of the vehicle's version.")
+    value: float = Field(description="The value that was learned.")
+    sigma: float = Field(description="Its standard deviation.")
 
 
 class Probable(RowModel):
@@ -53,17 +53,14 @@ class Learned(RowModel):
     """What the filter has learned of a robot from its encoders alone."""
 
     vehicle: str
-    vehicle_version: Annotated[
-        int | None,
-        Field(description="The version by which the robot drove; null where the service does not have it."),
-    ]
+    vehicle_version: int | None = Field(
+        description="The version by which the robot drove; null where the service does not have it."
+    )
     values: list[LearnedValue]
-    suspects: Annotated[list[Probable], Field(description="What is probably wrong in the vehicle's version.")]
-    undecided: Annotated[
-        list[Probable], Field(description="What may be wrong or not; accepting leaves it as it is.")
-    ]
-    misread: Annotated[list[Probable], Field(description="What reads more than an angle and a bias.")]
-    untold: Annotated[list[str], Field(description="What this drive does not identify.")]
+    suspects: list[Probable] = Field(description="What is probably wrong in the vehicle's version.")
+    undecided: list[Probable] = Field(description="What may be wrong or not; accepting leaves it as it is.")
+    misread: list[Probable] = Field(description="What reads more than an angle and a bias.")
+    untold: list[str] = Field(description="What this drive does not identify.")
     advice: list[Advice]
 
 
