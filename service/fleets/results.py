@@ -19,17 +19,7 @@ from omnimate.fleet.report_store import (
 )
 from omnimate.fleet.segments import CELL
 from omnimate.service.errors import NotFoundError
-from omnimate.service.fleets.models import (
-    Fleet,
-    FleetCourse,
-    FleetFloor,
-    FleetHistory,
-    FleetNight,
-    FleetRecording,
-    FleetRobot,
-    Place,
-    RecordingFailed,
-)
+from omnimate.service.fleets import models
 
 if TYPE_CHECKING:
     from typing import Any
@@ -41,11 +31,11 @@ if TYPE_CHECKING:
 LATEST = "latest"
 
 
-def fleet_view(row: FleetRow, results: Files) -> Fleet:
+def fleet_view(row: FleetRow, results: Files) -> models.Fleet:
     """Return a fleet with a summary of its latest report."""
     days, report = list_days(results), latest_report(results)
     states = Counter(sorted(robot.state for robot in robots_view(results, report)))
-    return Fleet(
+    return models.Fleet(
         name=row.id,
         created=row.created,
         nights=len(days),
@@ -69,24 +59,26 @@ def report_of(results: Files, day: str) -> DailyReport:
         raise NotFoundError("night", day) from error
 
 
-def report_view(report: DailyReport) -> FleetNight:
+def report_view(report: DailyReport) -> models.FleetNight:
     """Return a daily report."""
     judged = {robot.change.robot: _robot_view(robot) for robot in report.judged() if robot.is_faulty}
-    return FleetNight.of(
+    return models.FleetNight.of(
         report,
         judged=len(report.changes),
         sick=[judged[change.robot] for change in report.faulty],
         places=[_place_view(place) for place in report.places],
         asked=report.repeated,
-        failed=[dict(zip(RecordingFailed.model_fields, failed, strict=True)) for failed in report.failed],
+        failed=[
+            dict(zip(models.RecordingFailed.model_fields, failed, strict=True)) for failed in report.failed
+        ],
     )
 
 
-def _place_view(place: BadPlace) -> Place:
-    return Place.of(place, says=describe_place(place))
+def _place_view(place: BadPlace) -> models.Place:
+    return models.Place.of(place, says=describe_place(place))
 
 
-def floor_view(results: Files, report: DailyReport, floor: str | None) -> FleetFloor:
+def floor_view(results: Files, report: DailyReport, floor: str | None) -> models.FleetFloor:
     """Return a floor as of a daily report, by default that with most recordings; NotFoundError without it."""
     names = [summary.floor for summary in report.floors]
     name = names[0] if floor is None else floor
@@ -94,17 +86,17 @@ def floor_view(results: Files, report: DailyReport, floor: str | None) -> FleetF
         raise NotFoundError("floor", name)
     driven = [(x, y, int(count)) for x, y, count in read_floor(results, report.day, name).tolist()]
     places = [_place_view(place) for place in report.places if place.floor == name]
-    return FleetFloor(day=report.day, floor=name, cell=CELL, driven=driven, places=places)
+    return models.FleetFloor(day=report.day, floor=name, cell=CELL, driven=driven, places=places)
 
 
-def robots_view(results: Files, report: DailyReport | None) -> list[FleetRobot]:
+def robots_view(results: Files, report: DailyReport | None) -> list[models.FleetRobot]:
     """Return all robots that have results, in the order of their names."""
     judged = {robot.change.robot: _robot_view(robot) for robot in report.judged()} if report else {}
     names = {path.rpartition("robot=")[2] for path in results.glob("recordings/robot=*")}
     return [judged.get(name) or _unjudged(name) for name in sorted(names | set(judged))]
 
 
-def robot_view(results: Files, robot: str) -> FleetRobot:
+def robot_view(results: Files, robot: str) -> models.FleetRobot:
     """Return a robot as of the latest report; NotFoundError where no recording of it has results."""
     if not results.glob(f"recordings/robot={robot}"):
         raise NotFoundError("robot", robot)
@@ -112,15 +104,15 @@ def robot_view(results: Files, robot: str) -> FleetRobot:
     return _unjudged(robot) if judged is None else _robot_view(judged)
 
 
-def history_view(results: Files, robot: str) -> FleetHistory:
+def history_view(results: Files, robot: str) -> models.FleetHistory:
     """Return a robot's history; NotFoundError where no recording of it has results."""
-    courses = [FleetCourse.of(course) for course in read_history(results, robot)]
-    return FleetHistory(robot=robot_view(results, robot), courses=courses)
+    courses = [models.FleetCourse.of(course) for course in read_history(results, robot)]
+    return models.FleetHistory(robot=robot_view(results, robot), courses=courses)
 
 
 def recordings_view(
     results: Files, robot: str, limit: int, after: str | None
-) -> tuple[list[FleetRecording], str | None]:
+) -> tuple[list[models.FleetRecording], str | None]:
     """Return a page of a robot's recordings, newest first, and the cursor of the next one, DAY_RECORDING."""
     paths = {
         f"{path.split('/')[2].removeprefix('day=')}_{path.split('/')[3].rpartition('-')[0]}": path
@@ -132,23 +124,23 @@ def recordings_view(
     return items, page[-1] if len(cursors) > limit else None
 
 
-def _recording(day: str, columns: dict[str, Any]) -> FleetRecording:
+def _recording(day: str, columns: dict[str, Any]) -> models.FleetRecording:
     row = {name: column[0] for name, column in columns.items()}
     whole = json.loads(row["diagnosis"])["says"] if row["diagnosis"] else None
-    return FleetRecording(
+    return models.FleetRecording(
         day=day, recording=row["recording"], duration=row["duration"], way=row["way"],
         triage=row["triage"], says=row["says"], diagnosis=whole, problem=row["error"],
     )  # fmt: skip
 
 
-def _unjudged(robot: str) -> FleetRobot:
-    return FleetRobot(robot=robot, kind=None, state="unjudged", says=None, change=None)
+def _unjudged(robot: str) -> models.FleetRobot:
+    return models.FleetRobot(robot=robot, kind=None, state="unjudged", says=None, change=None)
 
 
-def _robot_view(judged: JudgedRobot) -> FleetRobot:
+def _robot_view(judged: JudgedRobot) -> models.FleetRobot:
     change, says = judged.change, None
     if judged.repeated is not None:
         says = describe_mismatch(judged.repeated)
     elif judged.state != "fine":
         says = describe_change(change)
-    return FleetRobot.of(judged, robot=change.robot, kind=change.kind, says=says)
+    return models.FleetRobot.of(judged, robot=change.robot, kind=change.kind, says=says)
