@@ -166,11 +166,7 @@ def part(value: object) -> str:
 
 
 def zip_content(source: str | Path | bytes) -> tuple[str, bytes]:
-    """Return the media type and the content of a zip: packed from a folder, a file, or as it is.
-
-    Raises:
-        OSError: the folder or the file cannot be read.
-    """
+    """Return the media type and the content of a zip: packed from a folder, a file, or as it is."""
     if isinstance(source, bytes):
         return "application/zip", source
     path = Path(source)

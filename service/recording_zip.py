@@ -70,11 +70,7 @@ class UploadedZip:
         return stat.S_ISLNK(self._members[name].external_attr >> 16)
 
     def extract(self, name: str, path: Path) -> None:
-        """Write a file of the zip to a path.
-
-        Raises:
-            TooLargeError: it is larger than what is left of the limit, or a log with too many lines.
-        """
+        """Write a file to a path; TooLargeError beyond what is left of the limit, or a log's lines."""
         path.parent.mkdir(parents=True, exist_ok=True)
         with self._archive.open(self._members[name]) as source, path.open("wb") as target:
             while block := source.read(BLOCK):

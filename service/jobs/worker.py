@@ -36,12 +36,9 @@ class Worker(RepeatingThread, ABC):
     """The thread of one service; several services may share a database and its queue.
 
     A job that it works on when it is closed is queued again.
-
-    Attributes:
-        table: The rows of its kind of jobs.
     """
 
-    table: ClassVar[type[JobRow]]
+    table: ClassVar[type[JobRow]]  # of its kind of jobs
 
     def __init__(self, database: Database, events: EventStream, instance: str) -> None:
         super().__init__(f"jobs: {self.table.noun()}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -63,8 +63,8 @@ class RobotConnection:
     """A robot whose bus is open."""
 
     driver: Driver
-    fix: Fix | None = None  # measures the absolute pose of a truck; None where only a person can
-    clock: PacedClock | None = None  # of a simulated robot; None for a real one
+    fix: Fix | None  # measures the absolute pose of a truck; None where only a person can
+    clock: PacedClock | None  # of a simulated robot; None for a real one
 
     def set_pace(self, pace: float) -> None:
         """Let the time of a simulated robot pass `pace` times as fast as real time."""
@@ -80,24 +80,14 @@ def connected(
     frame_feed: FrameFeed,
     flight_recorder: Path | None = None,
 ) -> Iterator[RobotConnection]:
-    """Open the robot's bus, configure its encoders, and close the bus with the block.
-
-    Raises:
-        DriverError: the bus cannot be opened, or a node cannot be configured.
-    """
-    if plant is None:
-        assert bus is not None  # there is a bus or a plant
-        with Driver(vehicle, bus, recorder=frame_feed, flight_recorder=flight_recorder) as driver:
-            driver.configure()
-            yield RobotConnection(driver)
-        return
-    clock = PacedClock(vehicle.bus.sync_period, time.time())
-    with (
-        CoupledBus(vehicle, plant) as coupled,
-        Driver(vehicle, coupled, clock=clock, recorder=frame_feed, flight_recorder=flight_recorder) as driver,
-    ):
-        driver.configure()
-        yield RobotConnection(driver, _fix_of(plant), clock)
+    """Open the robot's bus, configure its encoders (DriverError where not), and close it with the block."""
+    clock = None if plant is None else PacedClock(vehicle.bus.sync_period, time.time())
+    with ExitStack() as stack:
+        opened = bus if plant is None else stack.enter_context(CoupledBus(vehicle, plant))
+        assert opened is not None  # there is a bus or a plant
+        driver = Driver(vehicle, opened, clock=clock, recorder=frame_feed, flight_recorder=flight_recorder)
+        stack.enter_context(driver).configure()
+        yield RobotConnection(driver, None if plant is None else _fix_of(plant), clock)
 
 
 def simulated_plant(nominal: VehicleParameters) -> Plant:

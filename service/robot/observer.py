@@ -35,9 +35,6 @@ class Localization:
 
     The tracker's compiled code is loaded in another thread, which on a new machine takes half a minute.
     Until then there is plain odometry, and no sample is delayed. A process that ends meanwhile waits for it.
-
-    Attributes:
-        tracker: The tracker; None until it is loaded, and for a robot with a single truck.
     """
 
     def __init__(self, vehicle: VehicleParameters) -> None:
@@ -45,7 +42,7 @@ class Localization:
         self._odometers = {truck: Odometer(vehicle, truck) for truck in vehicle.trucks}
         self._link = LinkReader(vehicle)
         self._counts: Sequence[int] | None = None
-        self.tracker: Tracker | None = None
+        self.tracker: Tracker | None = None  # stays None for a robot with a single truck
         self._first_samples: list[Sample] | None = [] if vehicle.linkage is not None else None
 
     def locate(self, sample: Sample) -> PoseTuple:

@@ -98,11 +98,7 @@ class Reservation:
         self._last_lease = time.monotonic()
 
     def require_wanted(self, order: DriveOrder) -> None:
-        """Check that the robot may go on.
-
-        Raises:
-            StoppedError: the robot was stopped, no client asked for the session in time, or its lease ended.
-        """
+        """Raise StoppedError where the robot was stopped, no client asked in time, or the lease has ended."""
         if self.stop_reason is not None:
             raise StoppedError(self.stop_reason)
         now = time.monotonic()

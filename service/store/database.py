@@ -33,11 +33,7 @@ MIGRATION_LOCK = 0x6F6D6E69  # number of the lock under which PostgreSQL's table
 
 
 class DatabaseError(ServiceError):
-    """A database that cannot be used.
-
-    Attributes:
-        url: The URL of the database without its password.
-    """
+    """A database that cannot be used; its URL is without the password."""
 
     def __init__(self, url: str, problem: str) -> None:
         super().__init__(

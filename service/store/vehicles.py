@@ -91,12 +91,8 @@ def add_version(
 ) -> VehicleRow:
     """Add a version of a vehicle, after every other transaction that adds one has ended.
 
-    `expected` is the version that the caller expects to be the newest, None for any; `text` is vehicle.toml
-    as a person wrote it, None where it is to be generated.
-
-    Raises:
-        NotFoundError: there is no vehicle of this name.
-        ModifiedError: the newest version is not the expected one.
+    NotFoundError where there is no such vehicle, ModifiedError where its newest version is not the expected
+    one; None expects any. `text` is vehicle.toml as a person wrote it, None where it is to be generated.
     """
     db.get(VehicleRow, (vehicle.name, 1), with_for_update=True)
     last = newest(db, vehicle.name)

@@ -51,13 +51,15 @@ class RowModel(BaseModel):
 class Geometry(RequestModel):
     """The positions of the three range sensors on the truck and of the two walls (U section V)."""
 
-    baseline: Range = Field(0.405, description="The distance between the two sensors on the right side [m].")
-    side: Metre = Field(
-        0.3, description="The distance of these two sensors from the truck's middle line [m]."
+    baseline: Range = Field(
+        default=0.405, description="The distance between the two sensors on the right side [m]."
     )
-    rear: Metre = Field(0.3, description="The distance of the rear sensor behind the drive axle [m].")
-    wall_x: Metre = Field(-2.5, description="The x coordinate of the short wall [m].")
-    wall_y: Metre = Field(-6.0, description="The y coordinate of the long wall [m].")
+    side: Metre = Field(
+        default=0.3, description="The distance of these two sensors from the truck's middle line [m]."
+    )
+    rear: Metre = Field(default=0.3, description="The distance of the rear sensor behind the drive axle [m].")
+    wall_x: Metre = Field(default=-2.5, description="The x coordinate of the short wall [m].")
+    wall_y: Metre = Field(default=-6.0, description="The y coordinate of the long wall [m].")
 
 
 class Walls(RequestModel):
@@ -103,16 +105,21 @@ class SessionStart(RequestModel):
     """The square that is going to be driven, and how its runs are measured."""
 
     vehicle: Name | None = Field(
-        None, description="The name of the vehicle. Default: the vehicle on the service's bus."
+        default=None, description="The name of the vehicle. Default: the vehicle on the service's bus."
     )
-    side: float = Field(4.0, ge=0.2, le=100.0, description="The side of the square [m].")
-    runs: int = Field(5, ge=1, le=50, description="The number of runs that are wanted in each direction.")
+    side: float = Field(default=4.0, ge=0.2, le=100.0, description="The side of the square [m].")
+    runs: int = Field(
+        default=5, ge=1, le=50, description="The number of runs that are wanted in each direction."
+    )
     how: How = "manual"
     speed: float = Field(
-        0.4, ge=0.02, le=2.0, description="The speed of the wheels when the service drives the robot [m/s]."
+        default=0.4,
+        ge=0.02,
+        le=2.0,
+        description="The speed of the wheels when the service drives the robot [m/s].",
     )
     lifeline: float | None = Field(
-        30.0,
+        default=30.0,
         ge=1.0,
         le=3600.0,
         description="When the service drives the robot: it stops when no client has asked for the "
@@ -124,15 +131,15 @@ class SampleOfFixes(RequestModel):
     """One run, given by its absolute poses and by the pose that odometry shows at its end."""
 
     direction: Direction | None = Field(
-        None, description="The direction of the run. Default: that of the driven lap."
+        default=None, description="The direction of the run. Default: that of the driven lap."
     )
     truck: TruckName = "a"
     before: Fix | None = Field(
-        None, description="The pose before the run. Default: the origin with heading 0."
+        default=None, description="The pose before the run. Default: the origin with heading 0."
     )
     after: Fix
     calculated: Coordinates | None = Field(
-        None,
+        default=None,
         description="The pose that odometry shows at the end of a run that began at `before`. "
         "Default: that of the driven lap.",
     )

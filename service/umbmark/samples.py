@@ -115,8 +115,7 @@ def require_new(db: Db, row: SessionRow, recording: str) -> None:
 def squares_of(recording: Recording, vehicle: VehicleParameters, side: float) -> list[SampleRow]:
     """Return the squares of a recording in order, as runs of no session yet; none where it has no fixes.
 
-    Raises:
-        CalibrationError: a lap is no square of this side [m], or has no fix before or after it.
+    CalibrationError where a lap is no square of this side [m], or has no fix before or after it.
     """
     from omnimate.calib.recordings import has_fixes
     from omnimate.calib.umbmark.runs import square_runs
@@ -149,8 +148,7 @@ def _discard_result(row: SessionRow) -> None:
 def pose_of(fix: Fix, where: str) -> Array:
     """Return the pose `(3,)` of a fix in the field `where`; theta is nan where it was not measured.
 
-    Raises:
-        InvalidValueError: no pose has such distances to the walls.
+    InvalidValueError where no pose has such distances to the walls.
     """
     if not isinstance(fix, ByWalls):
         return np.array([fix.x, fix.y, math.nan if fix.theta is None else fix.theta], np.float64)

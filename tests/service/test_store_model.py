@@ -30,7 +30,7 @@ from omnimate.service.routes import diagnoses, umbmark_sessions
 from omnimate.service.store import tables, vehicles
 from omnimate.service.store.tables import AnswerRow, JobRow, RecordingRow, SampleRow, SessionRow, VehicleRow
 from omnimate.service.umbmark import samples, sessions
-from omnimate.service.umbmark.models import Coordinates, SampleOfFixes, SessionStart
+from omnimate.service.umbmark.models import Accept, Coordinates, SampleOfFixes, SessionStart
 from omnimate.vehicle.errors import OmnimateError
 
 LIFETIME = 100.0  # [s]
@@ -230,7 +230,7 @@ class Store(RuleBasedStateMachine):
         allowed = self.is_in(session, "solved") and session["version"] == self.newest_version
 
         def route(number, call):
-            return umbmark_sessions.accept_result(number, call, "*", umbmark_sessions.Accept(force=True))
+            return umbmark_sessions.accept_result(number, call, "*", Accept(force=True))
 
         if self.send(instance, key, f"accept {number}", route, number, allowed=allowed) is not None:
             self.newest_version += 1
