@@ -312,7 +312,7 @@ class Store(RuleBasedStateMachine):
             assert (row is not None) == is_owner
             if row is None:
                 return
-            queue.finish_job(row, OUTCOMES[outcome])
+            assert queue.finish_job(row, OUTCOMES[outcome]) == (outcome == "done")
         job["attempts"] -= outcome == "stopped"
         if outcome in {"done", "failed"}:
             job["state"] = outcome
@@ -335,6 +335,16 @@ class Store(RuleBasedStateMachine):
             jobs = {row.id: row for row in db.scalars(select(JobRow))}
             answers = {row.key: (row.body.encode(), row.created) for row in db.scalars(select(AnswerRow))}
             newest = vehicles.newest(db, "omnimate").version
+            counts = sessions.count_samples(db, stored)
+        for number, session in self.sessions.items():
+            directions = list(session["samples"].values())
+            assert (counts[number].cw, counts[number].ccw) == (
+                directions.count("cw"),
+                directions.count("ccw"),
+            )
+            is_open = self.is_in(session, *sessions.OPEN_STATES)
+            assert bool(sessions.possible_calls(stored[number], self.now)) == is_open
+        assert all((row.error is not None) == (row.state == "failed") for row in jobs.values())
         assert {
             number: (row.state, row.owner, row.lease, row.expires, row.result is not None)
             for number, row in stored.items()
