@@ -124,7 +124,7 @@ def cancel_job(row: JobRow) -> JobRow:
     return row
 
 
-def has_queued(db: Session, table: type[JobRow] = DiagnosisRow) -> bool:
+def has_queued(db: Session, table: type[JobRow]) -> bool:
     """Return whether a job of a kind waits to be claimed."""
     return db.scalar(select(table.id).where(table.state == "queued").limit(1)) is not None
 

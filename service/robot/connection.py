@@ -29,7 +29,7 @@ MAX_DELAY = 0.5  # [s] of host time; a longer delay is not caught up with
 
 
 class PacedClock(SyncClock):
-    """SYNC number k has the time start + k * period, and comes when `pace` times the host's has passed."""
+    """A clock whose SYNC number k has the time start + k * period, and that runs `pace` times as fast."""
 
     def __init__(self, period: float, start: float) -> None:
         super().__init__(period, start)
@@ -78,7 +78,7 @@ def connected(
     bus: str | None,
     plant: Plant | None,
     frame_feed: FrameFeed,
-    flight_recorder: Path | None = None,
+    flight_recorder: Path | None,
 ) -> Iterator[RobotConnection]:
     """Open the robot's bus, configure its encoders (DriverError where not), and close it with the block."""
     clock = None if plant is None else PacedClock(vehicle.bus.sync_period, time.time())
