@@ -117,7 +117,7 @@ def serve(
 ) -> None:
     """Serve calibration, recordings, diagnoses and fleets over REST, with a web page."""
     _require_service()
-    from omnimate.service.json_log import log_as_json
+    from omnimate.service.request_log import log_as_json
     from omnimate.service.settings import Settings
 
     if log_format == "json":
@@ -163,10 +163,10 @@ def _listen(settings: Settings, *, as_json: bool) -> None:
 
     from omnimate.service.access import keys as keys_of
     from omnimate.service.app import create_app
-    from omnimate.service.components import make_components
+    from omnimate.service.components import Components
     from omnimate.service.robot.robot_server import GC_THRESHOLDS, SWITCH_INTERVAL
 
-    components = make_components(settings)
+    components = Components(settings)
     if not settings.is_loopback:
         with components.database.reading() as db:
             if not any(key.revoked is None for key in keys_of(db)):

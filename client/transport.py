@@ -30,47 +30,26 @@ PAUSE = 1.0  # [s] before a repetition where the service names no time
 
 
 class Options(TypedDict, total=False):
-    """The parts of a request.
+    """The parts of a request."""
 
-    Attributes:
-        query: Query parameters; those that are None are left out.
-        body: The body, sent as JSON.
-        content: The media type and the content of any other body.
-        key: Idempotency-Key; None for a new one. A call without this part may not be repeated.
-        if_match: ETag of the version that is changed, with or without quotes.
-    """
-
-    query: Mapping[str, object]
-    body: object
-    content: tuple[str, bytes]
-    key: str | None
-    if_match: str | int
+    query: Mapping[str, object]  # parameters; those that are None are left out
+    body: object  # sent as JSON
+    content: tuple[str, bytes]  # media type and content of any other body
+    key: str | None  # Idempotency-Key; None for a new one. A call without this part may not be repeated
+    if_match: str | int  # ETag of the version that is changed, with or without quotes
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """An event of a stream (`text/event-stream`).
+    """An event of a stream (`text/event-stream`)."""
 
-    Attributes:
-        kind: Its type, such as `state`.
-        data: Its data, from JSON.
-    """
-
-    kind: str
-    data: Any
+    kind: str  # its type, such as `state`
+    data: Any  # from JSON
 
 
 @dataclass(frozen=True, slots=True)
 class Transport:
-    """Calls of one service.
-
-    Attributes:
-        url: The URL of the service, without a path.
-        key: The API key; None where the service asks for none.
-        timeout: The longest time to wait for a part of an answer [s].
-        patience: The longest time for which a call that may be repeated is repeated [s].
-        context: Certificates for https; None for those of the system.
-    """
+    """Calls of one service, with the arguments of `Client`."""
 
     url: str
     key: str | None
@@ -79,11 +58,7 @@ class Transport:
     context: ssl.SSLContext | None
 
     def __post_init__(self) -> None:
-        """Check the URL.
-
-        Raises:
-            UrlError: it is neither http nor https.
-        """
+        """Check the URL; UrlError where it is neither http nor https."""
         if not self.url.startswith(("http://", "https://")):
             raise UrlError(self.url)
 
@@ -191,11 +166,7 @@ def part(value: object) -> str:
 
 
 def zip_content(source: str | Path | bytes) -> tuple[str, bytes]:
-    """Return the media type and the content of a zip: packed from a folder, a file, or as it is.
-
-    Raises:
-        OSError: the folder or the file cannot be read.
-    """
+    """Return the media type and the content of a zip: packed from a folder, a file, or as it is."""
     if isinstance(source, bytes):
         return "application/zip", source
     path = Path(source)

@@ -29,13 +29,7 @@ REMEMBERED_CALLERS = 1000
 
 @dataclass(frozen=True, slots=True)
 class Caller:
-    """Who calls.
-
-    Attributes:
-        name: The id of the caller's key; "local" where no key is needed.
-        role: What the caller may do: read, or also change things and move the robot.
-        key_name: The name of the caller's key; None where no key is needed.
-    """
+    """Who calls: the id of a key, what it allows, and its name; "local" and None where no key is needed."""
 
     name: str
     role: Role
@@ -58,26 +52,16 @@ def keys(db: Session) -> Sequence[KeyRow]:
 
 
 def revoke_key(db: Session, identity: str) -> KeyRow:
-    """Make a key invalid.
-
-    Raises:
-        NotFoundError: there is no key with this id.
-    """
+    """Make a key invalid; NotFoundError where there is no key with this id."""
     row = find_row(db, KeyRow, identity)
     row.revoked = row.revoked or time.time()
     return row
 
 
 def caller_of(db: Session, authorization: str | None, *, keyless_allowed: bool) -> Caller:
-    """Return who calls.
+    """Return who calls by an Authorization header; AuthenticationError without a valid key.
 
-    Args:
-        db: The open transaction.
-        authorization: The value of the Authorization header; None where there is none.
-        keyless_allowed: Whether no key is needed as long as the database has never held a key.
-
-    Raises:
-        AuthenticationError: the key is missing, unknown or revoked.
+    Where `keyless_allowed`, no key is needed as long as the database has never held one.
     """
     if authorization is None:
         if keyless_allowed and db.scalar(select(KeyRow.id).limit(1)) is None:
@@ -114,11 +98,7 @@ class Callers:
         return caller if time.monotonic() < at + age else None
 
     def identify(self, database: Database, authorization: str | None) -> Caller:
-        """Return who calls, by the keys in the database.
-
-        Raises:
-            AuthenticationError: the key is missing, unknown or revoked.
-        """
+        """Return who calls, by the keys in the database, as `caller_of`."""
         try:
             with database.reading() as db:
                 caller = caller_of(db, authorization, keyless_allowed=self._keyless_allowed)

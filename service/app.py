@@ -15,11 +15,10 @@ from starlette.requests import ClientDisconnect
 from omnimate.service import problems
 from omnimate.service.limits import Limits
 from omnimate.service.metrics import CallTimer, call_histogram, operation_id
-from omnimate.service.request_ids import RequestIds
+from omnimate.service.request_log import RequestIds
 from omnimate.service.routes import (
     diagnoses,
     fleet_results,
-    fleet_webhooks,
     fleets,
     health,
     learned,
@@ -47,7 +46,6 @@ ROUTES = (
     diagnoses,
     fleets,
     fleet_results,
-    fleet_webhooks,
     robot,
     health,
 )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, TypeVar
 
@@ -32,17 +31,13 @@ MAX_KEY_LENGTH = 200
 
 
 class Answer(Response):
-    """The answer to a request that changes something, as JSON.
-
-    Attributes:
-        additional: Its headers other than those of every answer.
-    """
+    """The answer to a request that changes something, as JSON."""
 
     media_type = JSON
 
     def __init__(self, content: BaseModel, status: int = 200, headers: dict[str, str] | None = None) -> None:
         super().__init__(content.model_dump_json(), status, headers)
-        self.additional = headers or {}
+        self.additional = headers or {}  # to the headers of every answer
 
 
 def digest_of(body: BaseModel | bytes | None) -> str:
@@ -56,26 +51,14 @@ def storable(text: str) -> str:
     return text if len(text) <= MAX_KEY_LENGTH else hashlib.sha256(text.encode()).hexdigest()
 
 
-def unanswered(caller: str, key: str, call: str, digest: str) -> AnswerRow:
-    """Return the row of a request that may be repeated, without its answer.
-
-    Args:
-        caller: The name of the caller; two callers may use the same key.
-        key: The Idempotency-Key.
-        call: Method, path and query.
-        digest: A hash of the body.
-    """
-    return AnswerRow(
-        caller=caller, key=key, call=call, digest=digest, status=0, headers={}, body="", created=time.time()
-    )
-
-
-def act_once(database: Database, request: AnswerRow, act: Callable[[Session], Answer]) -> Response:
+def act_once(database: Database, request: AnswerRow | None, act: Callable[[Session], Answer]) -> Response:
     """Carry out a request in one transaction, or answer as before where it was carried out already.
 
-    Raises:
-        StateError: the key was used for another request.
+    It has a row, without its answer, where it may be repeated; StateError where its key was used for another.
     """
+    if request is None:
+        with database.writing() as db:
+            return act(db)
     try:
         with database.writing() as db:
             response = replayed(db, request)
@@ -96,11 +79,7 @@ def act_once(database: Database, request: AnswerRow, act: Callable[[Session], An
 
 
 def replayed(db: Session, request: AnswerRow) -> Response | None:
-    """Return the answer to a request that was carried out already; None where it was not.
-
-    Raises:
-        StateError: the key was used for another request.
-    """
+    """Return the answer to a request that was carried out already; None where it was not."""
     before = db.get(AnswerRow, (request.caller, request.key))
     if before is None:
         return None
@@ -117,61 +96,38 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """What every route works with.
-
-    Attributes:
-        components: The components of the application.
-        caller: Who calls.
-        key: The Idempotency-Key; None where there is none.
-        name: Method, path and query; a hash where that is long.
-    """
+    """What every route works with."""
 
     components: Components
     caller: Caller
-    key: str | None
-    name: str
+    key: str | None  # Idempotency-Key
+    name: str  # method, path and query; a hash where that is long
 
     def change(self, body: BaseModel | bytes | None, act: Callable[[Session], Answer]) -> Response:
-        """Carry out a change in one transaction; with an Idempotency-Key, once only.
-
-        Raises:
-            StateError: the Idempotency-Key was used for another request.
-        """
-        return self._act(self._request(body), act)
+        """Carry out a change in one transaction; with an Idempotency-Key, once only, as `act_once`."""
+        return act_once(self.components.database, self._request(body), act)
 
     def compute_and_change(
         self, body: BaseModel | bytes | None, compute: Callable[[], T], act: Callable[[Session, T], Answer]
     ) -> Response:
         """Compute outside of any transaction, then carry out a change in a short one, as `change`.
 
-        Args:
-            body: The body of the request.
-            compute: Reads and computes what the change needs; not called for a repeated request.
-            act: Checks that what was read has not changed meanwhile, and makes the change.
-
-        Raises:
-            StateError: the Idempotency-Key was used for another request.
+        `compute` is not called for a repeated request; `act` checks that what it read is unchanged.
         """
-        request = self._request(body)
+        request, database = self._request(body), self.components.database
         if request is not None:
-            with self.components.database.reading() as db:
+            with database.reading() as db:
                 response = replayed(db, request)
             if response is not None:
                 return response
         computed = compute()
-        return self._act(request, lambda db: act(db, computed))
+        return act_once(database, request, lambda db: act(db, computed))
 
     def _request(self, body: BaseModel | bytes | None) -> AnswerRow | None:
+        """Return the row of a request with an Idempotency-Key, which two callers may share."""
         if self.key is None:
             return None
-        return unanswered(self.caller.name, self.key, self.name, digest_of(body))
-
-    def _act(self, request: AnswerRow | None, act: Callable[[Session], Answer]) -> Response:
-        database = self.components.database
-        if request is not None:
-            return act_once(database, request, act)
-        with database.writing() as db:
-            return act(db)
+        return AnswerRow(caller=self.caller.name, key=self.key, call=self.name, digest=digest_of(body))
 
 
 Authorization = Annotated[str | None, Header(include_in_schema=False)]

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from omnimate.service.access import Callers
 from omnimate.service.errors import StateError
 from omnimate.service.event_stream import EventStream
-from omnimate.service.fleets.batches import Batches
+from omnimate.service.fleets.batches import BatchWorker
 from omnimate.service.fleets.webhooks import Deliverer
-from omnimate.service.jobs.diagnosing import Diagnosing
-from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
-from omnimate.service.jobs.worker import Worker
+from omnimate.service.jobs.diagnosing import DiagnosisWorker
+from omnimate.service.jobs.queue import expire_sessions_and_requeue_jobs
 from omnimate.service.robot.robot_process import RobotProcess, spawned
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.store import vehicles
@@ -35,23 +33,46 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
 
-@dataclass(frozen=True, slots=True)
 class Components:
-    """The components of the application."""
+    """The components of the application, none of them started; `start` starts the robot's process.
 
-    settings: Settings
-    database: Database
-    events: EventStream
-    vehicle: str
-    reporter: SessionReporter
-    robot: RobotProcess
-    worker: Worker
-    batch_worker: Worker
-    deliverer: Deliverer
-    recordings: RecordingStore
-    stores: FleetStores
-    publisher: Publisher | None
-    callers: Callers
+    Raises:
+        DatabaseError: the database cannot be used.
+        VehicleFileError: the vehicle file cannot be read.
+        BrokerError: the broker's URL is none, or is given without a factsheet.
+        FactsheetError: the factsheet cannot be used.
+    """
+
+    def __init__(
+        self, settings: Settings, start: Callable[[Connection, Settings, str], BaseProcess] = spawned
+    ) -> None:
+        vehicle = reference_vehicle() if settings.vehicle is None else load_vehicle(settings.vehicle)
+        text = None  # in which EDS files are named as seen from the service, not from the file
+        if settings.vehicle is not None and not vehicle.eds_files:
+            text = settings.vehicle.read_text(encoding="utf-8-sig")
+        database, events = Database(settings.database), EventStream()
+        try:
+            _store_version(database, vehicle, text)
+        except StateError:  # another service that starts at the same time was faster
+            _store_version(database, vehicle, text)
+        recordings = RecordingStore(database, settings.fleets, settings.unpacked)
+        recordings.take_from_rows()
+        recordings.delete_orphans(time.time())
+        reporter = SessionReporter(database, events.announce, vehicle.name, settings.instance, recordings)
+        self.settings, self.vehicle = settings, vehicle.name
+        self.database, self.recordings = database, recordings
+        self.events, self.reporter = events, reporter
+        self.robot = RobotProcess(settings, vehicle.name, events, reporter, start)
+        self.stores = FleetStores(settings.fleets)
+        self.worker = DiagnosisWorker(database, events, settings.instance, recordings, self._expire)
+        self.batch_worker = BatchWorker(database, events, settings, self.stores)
+        self.deliverer = Deliverer(database)
+        self.publisher = _publisher(settings, self.robot, reporter)
+        self.callers = Callers(keyless_allowed=settings.is_loopback)
+
+    def _expire(self) -> None:
+        for session in expire_sessions_and_requeue_jobs(self.database):
+            self.reporter.announce(session)
 
     def start(self, loop: asyncio.AbstractEventLoop) -> None:
         """Start the robot's process and the threads, and send events on the server's loop."""
@@ -77,55 +98,6 @@ class Components:
         """Return the threads other than the robot's."""
         threads: list[RepeatingThread] = [self.worker, self.batch_worker, self.deliverer]
         return threads if self.publisher is None else [*threads, self.publisher]
-
-
-def make_components(
-    settings: Settings, start: Callable[[Connection, Settings, str], BaseProcess] = spawned
-) -> Components:
-    """Return the components, none of them started; `start` starts the robot's process.
-
-    Raises:
-        DatabaseError: the database cannot be used.
-        VehicleFileError: the vehicle file cannot be read.
-        BrokerError: the broker's URL is none, or is given without a factsheet.
-        FactsheetError: the factsheet cannot be used.
-    """
-    vehicle = reference_vehicle() if settings.vehicle is None else load_vehicle(settings.vehicle)
-    text = None  # in which EDS files are named as seen from the service, not from the file
-    if settings.vehicle is not None and not vehicle.eds_files:
-        text = settings.vehicle.read_text(encoding="utf-8-sig")
-    database, events = Database(settings.database), EventStream()
-    try:
-        _store_version(database, vehicle, text)
-    except StateError:  # another service that starts at the same time was faster
-        _store_version(database, vehicle, text)
-    recordings = RecordingStore(database, settings.fleets, settings.unpacked)
-    recordings.take_from_rows()
-    recordings.delete_orphans(time.time())
-    reporter = SessionReporter(database, events.announce, vehicle.name, settings.instance, recordings)
-    robot = RobotProcess(settings, vehicle.name, events, reporter, start)
-    stores = FleetStores(settings.fleets)
-    batches = Batches(stores, settings.jobs, settings.scheduler)
-
-    def expire() -> None:
-        for session in expire_sessions_and_requeue_jobs(database):
-            reporter.announce(session)
-
-    return Components(
-        settings=settings,
-        database=database,
-        events=events,
-        vehicle=vehicle.name,
-        reporter=reporter,
-        robot=robot,
-        worker=Worker(database, events, settings.instance, Diagnosing(recordings), expire),
-        batch_worker=Worker(database, events, settings.instance, batches),
-        deliverer=Deliverer(database),
-        recordings=recordings,
-        stores=stores,
-        publisher=_publisher(settings, robot, reporter),
-        callers=Callers(keyless_allowed=settings.is_loopback),
-    )
 
 
 def _publisher(settings: Settings, robot: RobotProcess, reporter: SessionReporter) -> Publisher | None:

@@ -23,11 +23,7 @@ class NotFoundError(ServiceError):
 
 
 class StateError(ServiceError):
-    """A call that the present state does not allow.
-
-    Attributes:
-        possible: The calls that the present state allows; None where it is no state of a session.
-    """
+    """A call that the present state does not allow, and those that it allows, where it is a session's."""
 
     status, title = 409, "Not in this state"
 

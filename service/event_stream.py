@@ -31,7 +31,7 @@ class EventStream:
         self._last: dict[str, bytes] = {}
         self._pending: dict[tuple[str, str | None], Callable[[], bytes]] = {}
         self._sending: asyncio.Task[None] | None = None
-        self._closed = False
+        self.is_closed = False
 
     @property
     def listeners(self) -> int:
@@ -43,18 +43,13 @@ class EventStream:
         """Whether a client reads what is sent; one whose network is gone stays until TCP gives it up."""
         return not all(client.full() for client in tuple(self._clients))
 
-    @property
-    def is_closed(self) -> bool:
-        """Whether the service is ending."""
-        return self._closed
-
     def open(self, loop: asyncio.AbstractEventLoop) -> None:
         """Begin to send, on the server's loop."""
         self._loop = loop
 
     def close(self) -> None:
         """End the streams of all clients."""
-        self._closed = True
+        self.is_closed = True
         self._call_in_loop(self._send, None)
 
     def publish(self, kind: str, content: dict[str, Any]) -> None:

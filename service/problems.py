@@ -24,7 +24,7 @@ from omnimate.service.errors import (
     StateError,
     UnavailableError,
 )
-from omnimate.service.request_ids import HEADER, request_id
+from omnimate.service.request_log import HEADER, request_id
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
@@ -166,7 +166,9 @@ async def _of_validation(request: Request, error: Exception) -> JSONResponse:
         return problem_response(
             428, "If-Match is missing", "send If-Match with the ETag of what you saw, or * for any version"
         )
-    errors = wrong_values(error.errors())
+    errors = [
+        {"where": _where(wrong["loc"]), "problem": _problem(wrong)} for wrong in error.errors()[:SHOWN_ERRORS]
+    ]
     detail = "; ".join(f"{wrong['where']}: {wrong['problem']}" for wrong in errors)
     return problem_response(422, "Not as expected", detail[:1000], errors=errors)
 
@@ -216,11 +218,6 @@ async def _of_files(request: Request, error: Exception) -> JSONResponse:
 async def _unexpected(_request: Request, error: Exception) -> JSONResponse:
     _log.error("an error in the service itself", exc_info=error)
     return problem_response(500, "An error of ours", "an error in the service itself; its log says more")
-
-
-def wrong_values(errors: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
-    """Return the field and the problem of each of pydantic's errors."""
-    return [{"where": _where(error["loc"]), "problem": _problem(error)} for error in errors[:SHOWN_ERRORS]]
 
 
 def _where(location: Sequence[str | int]) -> str:

@@ -70,11 +70,7 @@ class UploadedZip:
         return stat.S_ISLNK(self._members[name].external_attr >> 16)
 
     def extract(self, name: str, path: Path) -> None:
-        """Write a file of the zip to a path.
-
-        Raises:
-            TooLargeError: it is larger than what is left of the limit, or a log with too many lines.
-        """
+        """Write a file to a path; TooLargeError beyond what is left of the limit, or a log's lines."""
         path.parent.mkdir(parents=True, exist_ok=True)
         with self._archive.open(self._members[name]) as source, path.open("wb") as target:
             while block := source.read(BLOCK):
@@ -109,17 +105,11 @@ def _is_left_out(member: zipfile.ZipInfo) -> bool:
 
 @contextmanager
 def opened_zip(content: bytes, most_files: int, limit: int, expected: str) -> Iterator[UploadedZip]:
-    """Yield an uploaded zip.
-
-    Args:
-        content: The content of the zip.
-        most_files: The largest number of files.
-        limit: The largest size of all unpacked files [bytes].
-        expected: What to zip, for messages.
+    """Yield an uploaded zip; messages say what to zip (`expected`).
 
     Raises:
         MediaTypeError: the content is not a zip, here or within the block.
-        TooLargeError: the zip holds too many files, or they are larger than the limit.
+        TooLargeError: the zip holds too many files, or they are larger than the limit [bytes] when unpacked.
     """
     entries = content.count(_ENTRY)
     if entries > 2 * most_files:  # files and folders

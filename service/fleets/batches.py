@@ -1,8 +1,8 @@
-"""Batches as jobs: their process, and its stored outcome."""
+"""Batches as jobs: their thread, their process, and its stored outcome."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import select
 
@@ -13,6 +13,7 @@ from omnimate.service.fleets.findings import note_findings
 from omnimate.service.fleets.models import Batch, BatchStart
 from omnimate.service.jobs.process import running
 from omnimate.service.jobs.queue import ENDED_STATES, queue_job
+from omnimate.service.jobs.worker import Worker
 from omnimate.service.store.tables import BatchRow, FleetRow, find_row
 
 if TYPE_CHECKING:
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from omnimate.fleet.batch.run import Workers
+    from omnimate.service.event_stream import EventStream
     from omnimate.service.jobs.process import JobProcess
+    from omnimate.service.settings import Settings
     from omnimate.service.store.database import Database
     from omnimate.service.store.recordings import FleetStores
     from omnimate.service.store.tables import JobRow
@@ -34,22 +37,14 @@ WORKING = 0.95  # of a batch's progress; the rest is judging
 
 
 def add_batch(db: Session, fleet: str, start: BatchStart) -> JobRow:
-    """Queue a batch of a fleet.
-
-    Raises:
-        NotFoundError: there is no fleet of this name.
-    """
+    """Queue a batch of a fleet; NotFoundError where there is no fleet of this name."""
     find_row(db, FleetRow, fleet)
     asked = {"day": start.day, "diagnose": start.diagnose}
     return queue_job(db, BatchRow, fleet=fleet, asked=asked, priority=start.priority, recordings=[])
 
 
 def require_no_batch(db: Session, fleet: str) -> None:
-    """Refuse what a batch of the fleet would undo, or would see half done.
-
-    Raises:
-        StateError: a batch of the fleet waits or runs.
-    """
+    """Refuse, by StateError, what a batch of the fleet that has not ended would undo, or see half done."""
     unfinished = (BatchRow.fleet == fleet) & BatchRow.state.not_in(ENDED_STATES)
     row = db.scalars(select(BatchRow).where(unfinished).limit(1)).first()
     if row is not None:
@@ -63,24 +58,28 @@ def batch_view(row: JobRow) -> Batch:
     return Batch.of(row, **(row.asked or {}), **(NOT_ENDED | (row.summary or {})))
 
 
-class Batches:
-    """The batches among the jobs."""
+class BatchWorker(Worker):
+    """The thread that processes the recordings of fleets."""
 
-    table: Final = BatchRow
+    table = BatchRow
+    view = staticmethod(batch_view)
 
-    def __init__(self, stores: FleetStores, jobs: int = 1, scheduler: str | None = None) -> None:
-        self._stores, self._jobs, self._scheduler = stores, jobs, scheduler
+    def __init__(
+        self, database: Database, events: EventStream, settings: Settings, stores: FleetStores
+    ) -> None:
+        super().__init__(database, events, settings.instance)
+        self._settings, self._stores = settings, stores
 
-    def start(self, database: Database, job_id: str, _place: Path) -> AbstractContextManager[JobProcess]:
+    def start_job(self, job_id: str, _place: Path) -> AbstractContextManager[JobProcess]:
         """Return the process of a batch."""
         from omnimate.fleet.batch.run import Workers
 
-        with database.reading() as db:
+        with self._database.reading() as db:
             row = find_row(db, BatchRow, job_id)
         assert row.fleet is not None
         asked = row.asked or {}
-        workers = Workers(self._jobs, self._scheduler)
-        store, results = self._stores.store(row.fleet), self._stores.results(row.fleet)
+        store, results = self._stores.recordings_of(row.fleet).url, self._stores.results_of(row.fleet).url
+        workers = Workers(self._settings.jobs, self._settings.scheduler)
         return running("batch", run_fleet_batch, store, results, asked["day"], asked["diagnose"], workers)
 
     def store_result(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
@@ -90,8 +89,6 @@ class Batches:
         if report is not None:
             assert row.fleet is not None
             note_findings(db, row.fleet, report)
-
-    view = staticmethod(batch_view)
 
 
 def run_fleet_batch(
@@ -104,13 +101,8 @@ def run_fleet_batch(
 ) -> dict[str, Any]:
     """Process a fleet's recordings and judge the day; return what was done, and the daily report.
 
-    Args:
-        report_progress: Called with the fraction done and a description.
-        store: Folder or URL of the recordings.
-        results: Folder or URL of the results.
-        day: Date of the recordings; None for all.
-        diagnosed: Whether whole diagnoses are made where triage asks for them.
-        workers: The processes.
+    Recordings of all dates are processed where `day` is None; whole diagnoses are made where triage asks for
+    them and `diagnosed` is set.
     """
     from omnimate.fleet.batch.files import open_files
     from omnimate.fleet.batch.run import run_batch

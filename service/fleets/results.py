@@ -19,16 +19,7 @@ from omnimate.fleet.report_store import (
 )
 from omnimate.fleet.segments import CELL
 from omnimate.service.errors import NotFoundError
-from omnimate.service.fleets.models import (
-    Fleet,
-    FleetCourse,
-    FleetFloor,
-    FleetHistory,
-    FleetNight,
-    FleetRecording,
-    FleetRobot,
-    Place,
-)
+from omnimate.service.fleets import models
 
 if TYPE_CHECKING:
     from typing import Any
@@ -40,12 +31,11 @@ if TYPE_CHECKING:
 LATEST = "latest"
 
 
-def fleet_view(row: FleetRow, results: Files) -> Fleet:
+def fleet_view(row: FleetRow, results: Files) -> models.Fleet:
     """Return a fleet with a summary of its latest report."""
-    days = list_days(results)
-    report = latest_report(results)
+    days, report = list_days(results), latest_report(results)
     states = Counter(sorted(robot.state for robot in robots_view(results, report)))
-    return Fleet(
+    return models.Fleet(
         name=row.id,
         created=row.created,
         nights=len(days),
@@ -62,93 +52,68 @@ def latest_report(results: Files) -> DailyReport | None:
 
 
 def report_of(results: Files, day: str) -> DailyReport:
-    """Return the report of a day, or the latest one.
-
-    Raises:
-        NotFoundError: there is no report, or not of that day.
-    """
+    """Return the report of a day, or the latest one; NotFoundError where there is none."""
     try:
         return read_report(results, None if day == LATEST else day)
     except FleetError as error:
         raise NotFoundError("night", day) from error
 
 
-def report_view(report: DailyReport) -> FleetNight:
+def report_view(report: DailyReport) -> models.FleetNight:
     """Return a daily report."""
     judged = {robot.change.robot: _robot_view(robot) for robot in report.judged() if robot.is_faulty}
-    return FleetNight.of(
+    return models.FleetNight.of(
         report,
         judged=len(report.changes),
         sick=[judged[change.robot] for change in report.faulty],
-        places=[place_view(place) for place in report.places],
+        places=[_place_view(place) for place in report.places],
         asked=report.repeated,
         failed=[
-            {"robot": robot, "recording": recording, "problem": why}
-            for robot, recording, why in report.failed
+            dict(zip(models.RecordingFailed.model_fields, failed, strict=True)) for failed in report.failed
         ],
     )
 
 
-def place_view(place: BadPlace) -> Place:
-    """Return a bad place."""
-    return Place.of(place, says=describe_place(place))
+def _place_view(place: BadPlace) -> models.Place:
+    return models.Place.of(place, says=describe_place(place))
 
 
-def floor_view(results: Files, report: DailyReport, floor: str | None) -> FleetFloor:
-    """Return a floor as of a daily report; by default that with most recordings.
-
-    Raises:
-        NotFoundError: the fleet has no such floor.
-    """
+def floor_view(results: Files, report: DailyReport, floor: str | None) -> models.FleetFloor:
+    """Return a floor as of a daily report, by default that with most recordings; NotFoundError without it."""
     names = [summary.floor for summary in report.floors]
     name = names[0] if floor is None else floor
     if name not in names:
         raise NotFoundError("floor", name)
     driven = [(x, y, int(count)) for x, y, count in read_floor(results, report.day, name).tolist()]
-    places = [place_view(place) for place in report.places if place.floor == name]
-    return FleetFloor(day=report.day, floor=name, cell=CELL, driven=driven, places=places)
+    places = [_place_view(place) for place in report.places if place.floor == name]
+    return models.FleetFloor(day=report.day, floor=name, cell=CELL, driven=driven, places=places)
 
 
-def robots_view(results: Files, report: DailyReport | None) -> list[FleetRobot]:
+def robots_view(results: Files, report: DailyReport | None) -> list[models.FleetRobot]:
     """Return all robots that have results, in the order of their names."""
     judged = {robot.change.robot: _robot_view(robot) for robot in report.judged()} if report else {}
     names = {path.rpartition("robot=")[2] for path in results.glob("recordings/robot=*")}
     return [judged.get(name) or _unjudged(name) for name in sorted(names | set(judged))]
 
 
-def robot_view(results: Files, robot: str) -> FleetRobot:
-    """Return a robot as of the latest report.
-
-    Raises:
-        NotFoundError: no recording of it has results.
-    """
+def robot_view(results: Files, robot: str) -> models.FleetRobot:
+    """Return a robot as of the latest report; NotFoundError where no recording of it has results."""
     if not results.glob(f"recordings/robot={robot}"):
         raise NotFoundError("robot", robot)
     judged = read_robot(results, robot)
     return _unjudged(robot) if judged is None else _robot_view(judged)
 
 
-def history_view(results: Files, robot: str) -> FleetHistory:
-    """Return a robot's history.
-
-    Raises:
-        NotFoundError: no recording of it has results.
-    """
-    courses = [FleetCourse.of(course) for course in read_history(results, robot)]
-    return FleetHistory(robot=robot_view(results, robot), courses=courses)
+def history_view(results: Files, robot: str) -> models.FleetHistory:
+    """Return a robot's history; NotFoundError where no recording of it has results."""
+    courses = [models.FleetCourse.of(course) for course in read_history(results, robot)]
+    return models.FleetHistory(robot=robot_view(results, robot), courses=courses)
 
 
 def recordings_view(
     results: Files, robot: str, limit: int, after: str | None
-) -> tuple[list[FleetRecording], str | None]:
-    """Return a page of a robot's recordings, newest first, and the cursor of the next page.
-
-    Args:
-        results: The fleet's results.
-        robot: Name of the robot.
-        limit: The largest number of recordings of the page.
-        after: The cursor, DAY_RECORDING; None for the first page.
-    """
+) -> tuple[list[models.FleetRecording], str | None]:
+    """Return a page of a robot's recordings, newest first, and the cursor of the next one, DAY_RECORDING."""
     paths = {
         f"{path.split('/')[2].removeprefix('day=')}_{path.split('/')[3].rpartition('-')[0]}": path
         for path in results.glob(f"recordings/robot={robot}/day=*/*.parquet")
@@ -159,23 +124,23 @@ def recordings_view(
     return items, page[-1] if len(cursors) > limit else None
 
 
-def _recording(day: str, columns: dict[str, Any]) -> FleetRecording:
+def _recording(day: str, columns: dict[str, Any]) -> models.FleetRecording:
     row = {name: column[0] for name, column in columns.items()}
     whole = json.loads(row["diagnosis"])["says"] if row["diagnosis"] else None
-    return FleetRecording(
+    return models.FleetRecording(
         day=day, recording=row["recording"], duration=row["duration"], way=row["way"],
         triage=row["triage"], says=row["says"], diagnosis=whole, problem=row["error"],
     )  # fmt: skip
 
 
-def _unjudged(robot: str) -> FleetRobot:
-    return FleetRobot(robot=robot, kind=None, state="unjudged", says=None, change=None)
+def _unjudged(robot: str) -> models.FleetRobot:
+    return models.FleetRobot(robot=robot, kind=None, state="unjudged", says=None, change=None)
 
 
-def _robot_view(judged: JudgedRobot) -> FleetRobot:
+def _robot_view(judged: JudgedRobot) -> models.FleetRobot:
     change, says = judged.change, None
     if judged.repeated is not None:
         says = describe_mismatch(judged.repeated)
     elif judged.state != "fine":
         says = describe_change(change)
-    return FleetRobot.of(judged, robot=change.robot, kind=change.kind, says=says)
+    return models.FleetRobot.of(judged, robot=change.robot, kind=change.kind, says=says)

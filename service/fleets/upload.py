@@ -27,13 +27,8 @@ def store_day(files: Files, content: bytes, limit: int, now: float) -> Upload:
     """Write the recordings of a zip into a store; those that are there already are replaced.
 
     Nothing is stored before all of the zip was unpacked. A vehicle.toml is written last: a recording without
-    it is none, so a half stored upload shows nothing that is not whole, and may be sent again.
-
-    Args:
-        files: The store.
-        content: The content of the zip.
-        limit: The largest size of all unpacked files [bytes].
-        now: The present time [s since 1970].
+    it is none, so a half stored upload shows nothing that is not whole, and may be sent again. All files are
+    unpacked up to `limit` [bytes], and of no later day than `now` [s since 1970] and the day after it.
 
     Raises:
         MediaTypeError: the content is not a zip.
@@ -42,7 +37,9 @@ def store_day(files: Files, content: bytes, limit: int, now: float) -> Upload:
     """
     expected = "folders robot=NAME/day=YYYY-MM-DD/RECORDING/"
     with opened_zip(content, MAX_FILES, limit, expected) as archive, TemporaryDirectory() as place:
-        upload = _checked(archive.names, _last_day(now))
+        # The day after the present one of UTC may have begun in other time zones.
+        last = datetime.fromtimestamp(now, UTC).date() + timedelta(days=1)
+        upload = _checked(archive.names, last.isoformat())
         for name in archive.names:
             archive.extract(name, Path(place) / name)
         for name in sorted(archive.names, key=lambda name: (name.endswith(VEHICLE), name)):
@@ -82,8 +79,3 @@ def _checked(names: list[str], last: str) -> Upload:
         robots=sorted({robot for robot, _, _ in recordings}),
         days=sorted({day for _, day, _ in recordings}),
     )
-
-
-def _last_day(now: float) -> str:
-    """Return the day after the present one of UTC: it may have begun in other time zones."""
-    return (datetime.fromtimestamp(now, UTC).date() + timedelta(days=1)).isoformat()

@@ -15,6 +15,7 @@ import logging
 import secrets
 import threading
 import time
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from http.client import HTTPConnection, HTTPException, HTTPResponse, HTTPSConnection
@@ -29,7 +30,7 @@ from omnimate.service.threads import CLOSING_TIME, RepeatingThread
 
 if TYPE_CHECKING:
     import socket
-    from collections.abc import Callable, Collection
+    from collections.abc import Collection
 
     from sqlalchemy.orm import Session
 
@@ -86,12 +87,9 @@ def queue_message(db: Session, fleet: str, content: dict[str, Any]) -> None:
 
 
 def claim_message(db: Session, now: float, busy: Collection[str] = ()) -> Message | None:
-    """Claim a message that is due; it is due again when its lease ends, unless it is settled before.
+    """Claim a message that is due at a time [s since 1970], but none to a busy webhook.
 
-    Args:
-        db: The open transaction.
-        now: The present time [s since 1970].
-        busy: Webhooks whose messages are left.
+    It is due again when its lease ends, unless it is settled before.
     """
     row = db.scalars(
         select(DeliveryRow)
@@ -167,11 +165,7 @@ def send_message(
     """Send a message once; return the HTTP status, None without an answer, and the answer in words.
 
     A redirect is not followed, and no proxy is used: a message goes to the address that an operator gave.
-
-    Args:
-        message: The message.
-        now: The present time [s since 1970].
-        clock: Measures the time that the attempt takes [s].
+    It is signed for the time `now` [s since 1970]; `clock` measures the attempt [s].
     """
     end = clock() + ATTEMPT_TIME
     try:
@@ -187,11 +181,11 @@ def send_message(
         return None, f"no answer: {error}"
 
 
+Send = Callable[[Message, float], tuple[int | None, str]]
+
+
 def deliver(
-    database: Database,
-    message: Message,
-    now: Callable[[], float] = time.time,
-    send: Callable[[Message, float], tuple[int | None, str]] = send_message,
+    database: Database, message: Message, now: Callable[[], float] = time.time, send: Send = send_message
 ) -> None:
     """Send a message that was claimed, and note the answer."""
     status, answer = send(message, now())
@@ -206,11 +200,7 @@ class Deliverer(RepeatingThread):
     being sent when the service ends is sent again by the next one.
     """
 
-    def __init__(
-        self,
-        database: Database,
-        send: Callable[[Message, float], tuple[int | None, str]] = send_message,
-    ) -> None:
+    def __init__(self, database: Database, send: Send = send_message) -> None:
         super().__init__("webhooks")
         self._database, self._send = database, send
         self._attempts: dict[str, threading.Thread] = {}  # by the webhook

@@ -1,13 +1,14 @@
-"""Diagnoses as jobs: what their process does, and what is stored of it."""
+"""Diagnoses as jobs: their thread, what their process does, and what is stored of it."""
 
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from omnimate.service.errors import NotFoundError, ServiceError
 from omnimate.service.jobs.process import running
 from omnimate.service.jobs.queue import Job
+from omnimate.service.jobs.worker import Worker
 from omnimate.service.store.tables import DiagnosisRow, RecordingRow, find_row
 
 if TYPE_CHECKING:
@@ -17,37 +18,48 @@ if TYPE_CHECKING:
 
     from sqlalchemy.orm import Session
 
+    from omnimate.service.event_stream import EventStream
     from omnimate.service.jobs.process import JobProcess
     from omnimate.service.store.database import Database
     from omnimate.service.store.recordings import RecordingStore
     from omnimate.service.store.tables import JobRow
 
 
-class Diagnosing:
-    """The diagnoses among the jobs."""
+class DiagnosisWorker(Worker):
+    """The thread that diagnoses recordings."""
 
-    table: Final = DiagnosisRow
+    table = DiagnosisRow
+    view = staticmethod(Job.of)
 
-    def __init__(self, recordings: RecordingStore) -> None:
-        self._recordings = recordings
+    def __init__(
+        self,
+        database: Database,
+        events: EventStream,
+        instance: str,
+        recordings: RecordingStore,
+        housekeeping: Callable[[], None],
+    ) -> None:
+        super().__init__(database, events, instance)
+        self._recordings, self._housekeeping = recordings, housekeeping
 
-    def start(self, database: Database, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
-        """Return the process of a job, which works in the folder `place`.
+    def work(self) -> bool:
+        """Work on the next diagnosis, after what every service does regularly."""
+        self._housekeeping()
+        return super().work()
 
-        Raises:
-            ServiceError: one of the recordings was deleted meanwhile.
-        """
-        with database.reading() as db:
+    def start_job(self, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
+        """Return the process of a job; ServiceError where one of the recordings was deleted meanwhile."""
+        with self._database.reading() as db:
             wanted = find_row(db, DiagnosisRow, job_id).recordings
-        folders = [self._unpack(database, recording_id, place) for recording_id in wanted]
+        folders = [self._unpack(recording_id, place) for recording_id in wanted]
         return running("diagnosis", run_diagnosis, str(place), folders)
 
-    def _unpack(self, database: Database, recording_id: str, place: Path) -> tuple[str, str]:
+    def _unpack(self, recording_id: str, place: Path) -> tuple[str, str]:
         """Unpack a recording into a folder of `place`; return its name, and the folder within `place`."""
         folder = place / recording_id
         folder.mkdir()
         try:
-            with database.reading() as db:
+            with self._database.reading() as db:
                 row = find_row(db, RecordingRow, recording_id)
             unpacked = self._recordings.unpack(row, folder)
         except NotFoundError as error:
@@ -61,8 +73,6 @@ class Diagnosing:
         """Store the result of a job that is done."""
         row.verdict, row.says = outcome["verdict"], outcome["says"]
         row.result, row.report = outcome["result"], outcome["report"]
-
-    view = staticmethod(Job.of)
 
 
 def run_diagnosis(

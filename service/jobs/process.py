@@ -34,9 +34,8 @@ class JobProcess:
     def outcome(self, go_on: Callable[[dict[str, Any]], bool]) -> dict[str, Any] | None:
         """Follow the process to its end; return its last message.
 
-        Args:
-            go_on: Called every `REPORT_PERIOD` with the last report of progress, or with an empty dictionary;
-                the process is given up when it returns False.
+        `go_on` is called every `REPORT_PERIOD` with the last report of progress, or with an empty dictionary;
+        the process is given up when it returns False.
 
         Returns:
             The result or `{"error": sentence}` as the process sent it, with `"limit": "memory"` where its
@@ -53,14 +52,11 @@ class JobProcess:
                     if "progress" not in message:
                         return message
                 elif not self._process.is_alive():
-                    return self._exit_message()
+                    break
                 if not go_on(message):
                     return None
         except EOFError:
             self._process.join(1.0)
-            return self._exit_message()
-
-    def _exit_message(self) -> dict[str, Any]:
         return {"died": f"its process ended with code {self._process.exitcode}"}
 
 
@@ -112,14 +108,11 @@ def running(
     memory: int | None = None,
     niceness: int = NICENESS,
 ) -> Iterator[JobProcess]:
-    """Start a process for a job, and end it with the block.
+    """Start a process for a job, which messages call by its noun, and end it with the block.
 
-    Args:
-        noun: What the job is, for messages.
-        work: Returns the result. It reports by its first argument which part is done, and what is done now.
-        *arguments: Its other arguments.
-        memory: The most memory that it may take [bytes]; `MEMORY_SHARE` of the machine's where none is given.
-        niceness: By how much it gives way to other processes, 0 to 19.
+    `work` returns the result; it reports by its first argument which part is done, and what is done now. It
+    may take `MEMORY_SHARE` of the machine's memory, or `memory` [bytes], and gives way to other processes by
+    its niceness, 0 to 19.
     """
     context = process_context()
     receiver, sender = context.Pipe()

@@ -1,4 +1,4 @@
-"""The queue of diagnoses and batches: added, found, cancelled, claimed, given back, finished."""
+"""The queue of diagnoses and batches: added, cancelled, claimed, given back, finished; what is overdue."""
 
 from __future__ import annotations
 
@@ -8,17 +8,28 @@ import time
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
-from sqlalchemy import func, select
+from sqlalchemy import delete, func, select, update
 
 from omnimate import __version__
 from omnimate.service.errors import StateError, TooManyError
-from omnimate.service.store.tables import DiagnosisRow, JobRow, RecordingRow, find_row
+from omnimate.service.store.tables import (
+    AnswerRow,
+    DiagnosisRow,
+    JobRow,
+    RecordingRow,
+    SessionRow,
+    find_row,
+    lease_ended,
+)
 from omnimate.service.umbmark.models import Id, RequestModel, RowModel
+from omnimate.service.umbmark.sessions import OPEN_STATES, interrupt_orphans
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from sqlalchemy.orm import Session
+
+    from omnimate.service.store.database import Database
 
 
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
@@ -106,18 +117,14 @@ def queue_job(db: Session, table: type[JobRow], **columns: Any) -> JobRow:  # no
 
 
 def cancel_job(row: JobRow) -> JobRow:
-    """Cancel a locked job that has not ended, and return it; its worker stops when it renews the lease.
-
-    Raises:
-        StateError: the job has ended already.
-    """
+    """Cancel a locked job; its worker stops when it renews the lease. StateError where it has ended."""
     if row.state in ENDED_STATES:
         raise StateError(f"{row.noun()} {row.id} is {row.state} already")
     row.state, row.doing, row.changed = "cancelled", "", time.time()
     return row
 
 
-def has_queued(db: Session, table: type[JobRow] = DiagnosisRow) -> bool:
+def has_queued(db: Session, table: type[JobRow]) -> bool:
     """Return whether a job of a kind waits to be claimed."""
     return db.scalar(select(table.id).where(table.state == "queued").limit(1)) is not None
 
@@ -171,3 +178,29 @@ def give_back(row: JobRow, reason: str) -> None:
         row.state, row.error, row.doing = "failed", f"given up after {row.attempts} attempts: {reason}", ""
     else:
         row.state, row.doing = "queued", f"waiting again: {reason}"
+
+
+ANSWERS_KEPT = 86400.0  # [s] in which a request with an Idempotency-Key may be repeated
+
+
+def expire_sessions_and_requeue_jobs(database: Database) -> list[str]:
+    """Expire sessions, queue jobs of dead services again; return the ids of interrupted sessions."""
+    now = time.time()
+    _give_back_orphans(database, now)
+    with database.writing() as db:
+        orphans = interrupt_orphans(db)
+        unused = SessionRow.state.in_(OPEN_STATES) & (SessionRow.state != "driving")
+        db.execute(update(SessionRow).where(unused & (SessionRow.expires < now)).values(state="expired"))
+        db.execute(delete(AnswerRow).where(AnswerRow.created < now - ANSWERS_KEPT))
+    return orphans
+
+
+def _give_back_orphans(database: Database, now: float) -> None:
+    """Queue the jobs again whose service has died."""
+    orphaned = (JobRow.state == "running") & lease_ended(JobRow.lease, now, LEASE)
+    with database.reading() as db:
+        if db.scalar(select(JobRow.id).where(orphaned).limit(1)) is None:
+            return
+    with database.writing() as db:
+        for row in db.scalars(select(JobRow).where(orphaned).with_for_update()):
+            give_back(row, "the service that worked on it has ended")

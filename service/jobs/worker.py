@@ -5,9 +5,10 @@ from __future__ import annotations
 import logging
 import tempfile
 import time
+from abc import ABC, abstractmethod
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -18,7 +19,6 @@ from omnimate.service.threads import RepeatingThread
 from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from contextlib import AbstractContextManager
 
     from pydantic import BaseModel
@@ -32,45 +32,33 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
-class Jobs(Protocol):
-    """The jobs of one kind."""
-
-    @property
-    def table(self) -> type[JobRow]:
-        """Their rows."""
-
-    def start(self, database: Database, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
-        """Return the process of a job, which works in the folder `place`."""
-
-    def store_result(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
-        """Store the result of a job that is done."""
-
-    def view(self, row: JobRow) -> BaseModel:
-        """Return a job as clients see it."""
-
-
-class Worker(RepeatingThread):
+class Worker(RepeatingThread, ABC):
     """The thread of one service; several services may share a database and its queue.
 
     A job that it works on when it is closed is queued again.
     """
 
-    def __init__(
-        self,
-        database: Database,
-        events: EventStream,
-        instance: str,
-        jobs: Jobs,
-        housekeeping: Callable[[], None] = lambda: None,
-    ) -> None:
-        super().__init__(f"jobs: {jobs.table.noun()}")
+    table: ClassVar[type[JobRow]]  # of its kind of jobs
+
+    def __init__(self, database: Database, events: EventStream, instance: str) -> None:
+        super().__init__(f"jobs: {self.table.noun()}")
         self._database, self._events, self._instance = database, events, instance
-        self._jobs, self._housekeeping = jobs, housekeeping
         self._renewed = 0.0
+
+    @abstractmethod
+    def start_job(self, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
+        """Return the process of a job, which works in the folder `place`."""
+
+    @abstractmethod
+    def store_result(self, db: Session, row: JobRow, outcome: dict[str, Any]) -> None:
+        """Store the result of a job that is done."""
+
+    @abstractmethod
+    def view(self, row: JobRow) -> BaseModel:
+        """Return a job as clients see it."""
 
     def work(self) -> bool:
         """Work on the next queued job; return whether there was one."""
-        self._housekeeping()
         job_id = self._claim()
         if job_id is not None:
             self._work(job_id)
@@ -78,17 +66,17 @@ class Worker(RepeatingThread):
 
     def _claim(self) -> str | None:
         with self._database.reading() as db:
-            if not has_queued(db, self._jobs.table):
+            if not has_queued(db, self.table):
                 return None
         with self._database.writing() as db:
-            return claim_job(db, self._instance, self._jobs.table)
+            return claim_job(db, self._instance, self.table)
 
     def _work(self, job_id: str) -> None:
         """Work in another process, and store the outcome."""
         self._publish(job_id)
         with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
             try:
-                process = stack.enter_context(self._jobs.start(self._database, job_id, Path(folder)))
+                process = stack.enter_context(self.start_job(job_id, Path(folder)))
             except SQLAlchemyError:  # the job is taken up again when the database is back
                 raise
             except Exception as error:  # noqa: BLE001  # the job must fail with a reason, whatever its error
@@ -101,7 +89,7 @@ class Worker(RepeatingThread):
         """Return why a job could not start."""
         if isinstance(error, OmnimateError):
             return str(error)
-        noun = self._jobs.table.noun()
+        noun = self.table.noun()
         _log.error("a %s could not start", noun, exc_info=error)
         return f"the {noun} could not start: {type(error).__name__}; the log of the service says more"
 
@@ -128,9 +116,9 @@ class Worker(RepeatingThread):
         with self._database.writing() as db:
             row = job_of(db, job_id, self._instance)
             if row is not None and finish_job(row, outcome) and outcome is not None:
-                self._jobs.store_result(db, row, outcome)
+                self.store_result(db, row, outcome)
 
     def _publish(self, job_id: str) -> None:
         with self._database.reading() as db:
-            view = self._jobs.view(find_row(db, self._jobs.table, job_id))
+            view = self.view(find_row(db, self.table, job_id))
             self._events.publish("job", view.model_dump())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -29,15 +29,11 @@ MAX_DELAY = 0.5  # [s] of host time; a longer delay is not caught up with
 
 
 class PacedClock(SyncClock):
-    """SYNC number k has the time start + k * period, and comes when the host's time has passed `pace` times.
-
-    Attributes:
-        skipped: The number of SYNCs that were left out, always 0: a simulated bus waits for its master.
-    """
+    """A clock whose SYNC number k has the time start + k * period, and that runs `pace` times as fast."""
 
     def __init__(self, period: float, start: float) -> None:
         super().__init__(period, start)
-        self.skipped = 0
+        self.skipped = 0  # SYNCs that were left out: a simulated bus waits for its master
         self._pace = 1.0
         self._anchor()
 
@@ -64,17 +60,11 @@ TAPE_SIGMA = np.array([0.005, 0.005, 0.01])  # [m, m, rad], of a pose that a per
 
 @dataclass(frozen=True, slots=True)
 class RobotConnection:
-    """A robot whose bus is open.
-
-    Attributes:
-        driver: The driver, which reads and commands the robot through the bus.
-        fix: Measures the absolute pose of a truck; None where only a person can.
-        clock: The clock of a simulated robot, whose pace may be changed; None for a real one.
-    """
+    """A robot whose bus is open."""
 
     driver: Driver
-    fix: Fix | None = None
-    clock: PacedClock | None = None
+    fix: Fix | None  # measures the absolute pose of a truck; None where only a person can
+    clock: PacedClock | None  # of a simulated robot; None for a real one
 
     def set_pace(self, pace: float) -> None:
         """Let the time of a simulated robot pass `pace` times as fast as real time."""
@@ -88,26 +78,16 @@ def connected(
     bus: str | None,
     plant: Plant | None,
     frame_feed: FrameFeed,
-    flight_recorder: Path | None = None,
+    flight_recorder: Path | None,
 ) -> Iterator[RobotConnection]:
-    """Open the robot's bus, configure its encoders, and close the bus with the block.
-
-    Raises:
-        DriverError: the bus cannot be opened, or a node cannot be configured.
-    """
-    if plant is None:
-        assert bus is not None  # there is a bus or a plant
-        with Driver(vehicle, bus, recorder=frame_feed, flight_recorder=flight_recorder) as driver:
-            driver.configure()
-            yield RobotConnection(driver)
-        return
-    clock = PacedClock(vehicle.bus.sync_period, time.time())
-    with (
-        CoupledBus(vehicle, plant) as coupled,
-        Driver(vehicle, coupled, clock=clock, recorder=frame_feed, flight_recorder=flight_recorder) as driver,
-    ):
-        driver.configure()
-        yield RobotConnection(driver, _fix_of(plant), clock)
+    """Open the robot's bus, configure its encoders (DriverError where not), and close it with the block."""
+    clock = None if plant is None else PacedClock(vehicle.bus.sync_period, time.time())
+    with ExitStack() as stack:
+        opened = bus if plant is None else stack.enter_context(CoupledBus(vehicle, plant))
+        assert opened is not None  # there is a bus or a plant
+        driver = Driver(vehicle, opened, clock=clock, recorder=frame_feed, flight_recorder=flight_recorder)
+        stack.enter_context(driver).configure()
+        yield RobotConnection(driver, None if plant is None else _fix_of(plant), clock)
 
 
 def simulated_plant(nominal: VehicleParameters) -> Plant:

@@ -62,11 +62,7 @@ class FrameFeed(FrameLines):
             self.recorder.use(vehicle)
 
     def frame(self, at: float, message: can.Message) -> None:
-        """Forward a frame that was on the bus at a time [s].
-
-        Raises:
-            OSError: It cannot be recorded.
-        """
+        """Forward a frame that was on the bus at a time [s]; OSError where it cannot be recorded."""
         self.frames += 1
         if self.has_readers:
             self.put(format_frame(Frame(at, message.arbitration_id, bytes(message.data))))

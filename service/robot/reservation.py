@@ -21,38 +21,23 @@ class StoppedError(OmnimateError):
 
 @dataclass(frozen=True, slots=True)
 class DriveOrder:
-    """The squares that the robot is to drive for a session.
+    """The squares that the robot is to drive for a session."""
 
-    Attributes:
-        session: The id of the session.
-        side: The side of the square [m].
-        speed: The speed of the wheels [m/s].
-        lifeline: The time without any client after which the robot stops [s]; None never stops it.
-    """
-
-    session: str
-    side: float
-    speed: float
-    lifeline: float | None
+    session: str  # its id
+    side: float  # of the square [m]
+    speed: float  # of the wheels [m/s]
+    lifeline: float | None  # [s] without any client after which the robot stops; None never stops it
 
 
 class Reservation:
-    """Which session the robot drives for; its methods may be called from any thread.
-
-    Attributes:
-        problem: Why the robot cannot drive; None where it can.
-        session: The id of the session that the robot is reserved for; None where it is free.
-        order: What the robot drives; None before the session has begun.
-        lap: The direction of the lap that is being driven; None between laps.
-        stop_reason: Why the session has to stop; None where it need not. It stays until the session ends.
-    """
+    """Which session the robot drives for; its methods may be called from any thread."""
 
     def __init__(self) -> None:
-        self.problem: str | None = "starting"
-        self.session: str | None = None
-        self.order: DriveOrder | None = None
-        self.lap: Direction | None = None
-        self.stop_reason: str | None = None
+        self.problem: str | None = "starting"  # why the robot cannot drive; None where it can
+        self.session: str | None = None  # id of the session that the robot is reserved for
+        self.order: DriveOrder | None = None  # what the robot drives; None before the session has begun
+        self.lap: Direction | None = None  # that is being driven; None between laps
+        self.stop_reason: str | None = None  # why the session has to stop; it stays until the session ends
         self._lock = threading.Lock()
         self._last_contact = self._last_lease = 0.0
 
@@ -113,11 +98,7 @@ class Reservation:
         self._last_lease = time.monotonic()
 
     def require_wanted(self, order: DriveOrder) -> None:
-        """Check that the robot may go on.
-
-        Raises:
-            StoppedError: the robot was stopped, no client asked for the session in time, or its lease ended.
-        """
+        """Raise StoppedError where the robot was stopped, no client asked in time, or the lease has ended."""
         if self.stop_reason is not None:
             raise StoppedError(self.stop_reason)
         now = time.monotonic()

@@ -12,8 +12,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 from omnimate.service.errors import UnavailableError
-from omnimate.service.json_log import logs_json
 from omnimate.service.processes import process_context
+from omnimate.service.request_log import logs_json
 from omnimate.service.robot.frame_feed import FrameLines
 from omnimate.service.robot.observer import nodes_event, state_event
 from omnimate.service.robot.robot_server import RobotStatus, run
@@ -48,11 +48,7 @@ def spawned(connection: Connection, settings: Settings, vehicle: str) -> BasePro
 class RobotProcess:
     """The robot's process, started again when it ends; the methods may be called from any thread.
 
-    Attributes:
-        mode: `simulated` or `bus`.
-        status: The robot as the process reported it last.
-        lines: The frames of the bus, which the process sends while somebody reads them.
-        reservation: The session that the robot is reserved for.
+    It sends the frames of the bus, `lines`, while somebody reads them.
     """
 
     def __init__(
@@ -95,11 +91,7 @@ class RobotProcess:
         self.send("reload")
 
     def learned(self) -> Learned | None:
-        """Return what the tracker has learned, of which vehicle; None where it does not follow the robot.
-
-        Raises:
-            UnavailableError: the process does not answer.
-        """
+        """Return what the tracker has learned, of which vehicle; None where it does not follow the robot."""
         return cast("Learned | None", self.call("learned"))
 
     def send(self, name: str, *arguments: object, number: int | None = None) -> bool:
@@ -117,11 +109,7 @@ class RobotProcess:
         return True
 
     def call(self, name: str, *arguments: object) -> Any:  # noqa: ANN401  # as the call returns
-        """Make a call; return its answer, or raise the exception that it raised.
-
-        Raises:
-            UnavailableError: the process has ended, or does not answer in time.
-        """
+        """Make a call; return its answer, or raise its exception; UnavailableError without one in time."""
         number, answer = next(self._numbers), Future[Any]()
         self._answers[number] = answer
         try:
@@ -215,12 +203,7 @@ class RemoteReservation:
         self._robot = robot
 
     def reserve(self, session: str) -> None:
-        """Reserve the robot for a session.
-
-        Raises:
-            UnavailableError: the robot cannot drive.
-            StateError: the robot is reserved for another session.
-        """
+        """Reserve the robot for a session."""
         try:
             self._robot.call("reserve", session)
         except UnavailableError:

@@ -12,7 +12,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from omnimate.service.json_log import log_as_json
+from omnimate.service.request_log import log_as_json
 from omnimate.service.robot.connection import simulated_plant
 from omnimate.service.robot.robot_thread import RobotThread
 from omnimate.service.robot.session_reporter import SessionReporter
@@ -35,24 +35,14 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class RobotStatus:
-    """The robot as its process reported it last.
+    """The robot as its process reported it last."""
 
-    Attributes:
-        problem: Why the robot cannot be read; None where it can.
-        session: The id of the session that the robot is reserved for; None where it is free.
-        state: The last `state` event.
-        report: The driver's last report of the bus; None before the first one.
-        samples: The number of samples so far.
-        incomplete: The number of samples in which a reading was missing.
-        frames: The number of frames so far.
-    """
-
-    problem: str | None = "starting"
-    session: str | None = None
-    state: dict[str, Any] = field(default_factory=dict)
-    report: DriverReport | None = None
+    problem: str | None = "starting"  # why the robot cannot be read; None where it can
+    session: str | None = None  # id of the session that the robot is reserved for; None where it is free
+    state: dict[str, Any] = field(default_factory=dict)  # the last `state` event
+    report: DriverReport | None = None  # the driver's last report of the bus; None before the first one
     samples: int = 0
-    incomplete: int = 0
+    incomplete: int = 0  # samples in which a reading was missing
     frames: int = 0
 
 
@@ -148,11 +138,7 @@ def _drained(items: queue.Queue[str]) -> list[str]:
 
 
 def serve_robot(connection: Connection, settings: Settings, vehicle: str) -> None:
-    """Read and drive the robot until the pipe ends; then stop it.
-
-    Raises:
-        DatabaseError: the database cannot be used.
-    """
+    """Read and drive the robot until the pipe ends; then stop it."""
     changed: queue.Queue[str] = queue.Queue()
     database = Database(settings.database)
     recordings = RecordingStore(database, settings.fleets, settings.unpacked)

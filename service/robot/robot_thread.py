@@ -7,6 +7,7 @@ import logging
 import tempfile
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -39,13 +40,7 @@ _log = logging.getLogger(__name__)
 
 
 class RobotThread:
-    """The robot on the bus; its methods may be called from any thread.
-
-    Attributes:
-        reservation: The session that the robot is reserved for, and whether it may go on.
-        observer: Takes every sample.
-        frame_feed: Receives every frame of the bus.
-    """
+    """The robot on the bus; its methods may be called from any thread."""
 
     def __init__(
         self,
@@ -58,8 +53,10 @@ class RobotThread:
         self.reservation = Reservation()
         self.observer = Observer("simulated" if bus is None else "bus", self.reservation)
         self.frame_feed = FrameFeed()
-        self._bus, self._plant, self._pace, self._reporter = bus, plant, pace, reporter
-        self._flight_recorder = flight_recorder
+        self._connect = partial(
+            connected, bus=bus, plant=plant, frame_feed=self.frame_feed, flight_recorder=flight_recorder
+        )
+        self._pace, self._reporter = pace, reporter
         self._executor = ThreadPoolExecutor(2, "session reports")  # while the robot's thread reads the bus
         self._ending, self._reloading = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="robot", daemon=True)
@@ -105,13 +102,7 @@ class RobotThread:
         while not self._ending.is_set():
             try:
                 self._reloading.clear()
-                with connected(
-                    self._reporter.vehicle(),
-                    self._bus,
-                    self._plant,
-                    self.frame_feed,
-                    self._flight_recorder,
-                ) as connection:
+                with self._connect(self._reporter.vehicle()) as connection:
                     self._read_and_drive(connection)
             except OmnimateError as error:
                 self._lose_robot(str(error))

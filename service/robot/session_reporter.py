@@ -59,11 +59,7 @@ class SessionReporter:
             return vehicles.parameters_of(vehicles.newest(db, self._vehicle))
 
     def next_direction(self, session: str) -> Direction | None:
-        """Return the direction of the next lap; None when all runs are driven.
-
-        Raises:
-            LapError: the session does not want this robot to drive any more.
-        """
+        """Return the direction of the next lap, None when all are driven; LapError if none is wanted."""
         with self._database.reading() as db:
             row = find_row(db, SessionRow, session)
             self._require_driving(row)

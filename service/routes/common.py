@@ -40,10 +40,9 @@ class Done(BaseModel):
 
 
 def require_type(request: Request, types: tuple[str, ...], of: str) -> None:
-    """Check the content type of a request's body; the first of the types is that of a body without one.
+    """Refuse a body that is of none of these types by its header; a body without one is of the first.
 
-    Raises:
-        MediaTypeError: it is none of the types; `of` says what to send, for the message.
+    The message of the MediaTypeError says what to send by `of`.
     """
     kind = request.headers.get("content-type", types[0]).partition(";")[0].strip().lower()
     if kind not in types:

@@ -37,9 +37,9 @@ class LearnedValue(RowModel):
 
     name: str
     unit: Literal["m", "s", "rad"]
-    described: Annotated[float, Field(description="The value of the vehicle's version.")]
-    value: Annotated[float, Field(description="The value that was learned.")]
-    sigma: Annotated[float, Field(description="Its standard deviation.")]
+    described: float = Field(description="The value of the vehicle's version.")
+    value: float = Field(description="The value that was learned.")
+    sigma: float = Field(description="Its standard deviation.")
 
 
 class Probable(RowModel):
@@ -53,22 +53,18 @@ class Learned(RowModel):
     """What the filter has learned of a robot from its encoders alone."""
 
     vehicle: str
-    vehicle_version: Annotated[
-        int | None,
-        Field(description="The version by which the robot drove; null where the service does not have it."),
-    ]
+    vehicle_version: int | None = Field(
+        description="The version by which the robot drove; null where the service does not have it."
+    )
     values: list[LearnedValue]
-    suspects: Annotated[list[Probable], Field(description="What is probably wrong in the vehicle's version.")]
-    undecided: Annotated[
-        list[Probable], Field(description="What may be wrong or not; accepting leaves it as it is.")
-    ]
-    misread: Annotated[list[Probable], Field(description="What reads more than an angle and a bias.")]
-    untold: Annotated[list[str], Field(description="What this drive does not identify.")]
+    suspects: list[Probable] = Field(description="What is probably wrong in the vehicle's version.")
+    undecided: list[Probable] = Field(description="What may be wrong or not; accepting leaves it as it is.")
+    misread: list[Probable] = Field(description="What reads more than an angle and a bias.")
+    untold: list[str] = Field(description="What this drive does not identify.")
     advice: list[Advice]
 
 
-def learned_view(call: Call, learned: FilterLearned) -> Learned:
-    """Return what was learned of a vehicle as clients see it."""
+def _learned_view(call: Call, learned: FilterLearned) -> Learned:
     vehicle, slow, findings = learned
     with call.components.database.reading() as db:
         described = _version_of(db, vehicle)
@@ -82,33 +78,6 @@ def learned_view(call: Call, learned: FilterLearned) -> Learned:
         misread=[Probable(name=name, probability=value) for name, value in findings.misread],
         advice=advice_of(findings),
     )
-
-
-def add_learned_version(
-    db: Db, learned: FilterLearned, origin: vehicles.Origin, expected: str | None
-) -> VehicleRow:
-    """Make what was learned of a vehicle its newest version, except what is undecided.
-
-    `expected` is None where the version may be any.
-
-    Raises:
-        StateError: the service has no version with these parameters.
-        ModifiedError: the version by which the robot drove is not the expected one, or not the newest.
-    """
-    vehicle, slow, findings = learned
-    described = _version_of(db, vehicle)
-    if described is None:
-        raise StateError(
-            f"vehicle {vehicle.name!r} has no version with the parameters by which the robot drove; "
-            "POST or PUT its vehicle.toml, then try again"
-        )
-    if expected is not None and expected != str(described.version):
-        raise ModifiedError(
-            f"the robot drove by version {described.version} of vehicle {vehicle.name!r}, not {expected}; "
-            "look at what was learned again"
-        )
-    corrected = learned_vehicle(vehicles.parameters_of(described), slow, findings)
-    return vehicles.add_version(db, corrected, origin, described.version)
 
 
 def _version_of(db: Db, vehicle: VehicleParameters) -> VehicleRow | None:
@@ -134,7 +103,7 @@ Uncalibrated = Annotated[
 @router.get("/robot/learned")
 def get_learned(call: Reading) -> Learned:
     """Return what the filter has learned of the robot on the bus since its parameters were taken."""
-    return learned_view(call, _learned_live(call))
+    return _learned_view(call, _learned_live(call))
 
 
 @router.post("/robot/learned/accept", response_model=Vehicle, responses=documented(412, 428))
@@ -148,7 +117,7 @@ def get_learned_of_recording(
     recording_id: RecordingId, call: Reading, uncalibrated: Uncalibrated = False
 ) -> Learned:
     """Return what the filter has learned of its robot by the end of a recording."""
-    return learned_view(call, _learned_by(call, recording_id, uncalibrated=uncalibrated))
+    return _learned_view(call, _learned_by(call, recording_id, uncalibrated=uncalibrated))
 
 
 @router.post(
@@ -167,11 +136,28 @@ def accept_learned_of_recording(
 
 
 def _accept(call: Call, if_match: str, origin: str, learn: Callable[[], FilterLearned]) -> Response:
-    """Make what was learned the newest version of its vehicle, by which the robot on the bus drives then."""
+    """Make what was learned the newest version of its vehicle, except what is undecided.
+
+    The robot on the bus drives by it from then on.
+    """
     expected, accepted = expected_version(if_match), []
 
     def act(db: Db, learned: FilterLearned) -> Answer:
-        row = add_learned_version(db, learned, vehicles.Origin(origin, call.caller.key_name), expected)
+        vehicle, slow, findings = learned
+        described = _version_of(db, vehicle)
+        if described is None:
+            raise StateError(
+                f"vehicle {vehicle.name!r} has no version with the parameters by which the robot drove; "
+                "POST or PUT its vehicle.toml, then try again"
+            )
+        if expected is not None and expected != str(described.version):
+            raise ModifiedError(
+                f"the robot drove by version {described.version} of vehicle {vehicle.name!r}, not "
+                f"{expected}; look at what was learned again"
+            )
+        corrected = learned_vehicle(vehicles.parameters_of(described), slow, findings)
+        made = vehicles.Origin(origin, call.caller.key_name)
+        row = vehicles.add_version(db, corrected, made, described.version)
         accepted.append(row.name)
         return Answer(vehicle_view(row), 200, {"ETag": etag(row.version)})
 
@@ -182,11 +168,7 @@ def _accept(call: Call, if_match: str, origin: str, learn: Callable[[], FilterLe
 
 
 def _learned_live(call: Call) -> FilterLearned:
-    """Return the robot on the bus by which its tracker drove, and what it has learned and found.
-
-    Raises:
-        UnavailableError: there is no tracker, or it has not taken a sample.
-    """
+    """Return the robot on the bus by which its tracker drove, and what it has learned and found."""
     learned = call.components.robot.learned()
     if learned is None:
         raise UnavailableError(
@@ -197,12 +179,7 @@ def _learned_live(call: Call) -> FilterLearned:
 
 
 def _learned_by(call: Call, recording_id: str, *, uncalibrated: bool) -> FilterLearned:
-    """Return what the filter has learned by the end of a recording of the database.
-
-    Raises:
-        NotFoundError: there is no such recording.
-        InvalidValueError: its robot has a single truck, or its linkage was not read.
-    """
+    """Return what the filter has learned by the end of a recording of the database."""
     with call.components.database.reading() as db:
         row = find_row(db, RecordingRow, recording_id)
     return call.components.recordings.read(row, partial(learned_by, uncalibrated=uncalibrated))

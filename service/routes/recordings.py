@@ -44,11 +44,7 @@ class Recording(RowModel):
 
 
 async def zip_of(request: Request) -> bytes:
-    """Return the body of a request, which must be a zip.
-
-    Raises:
-        MediaTypeError: it is of another content type.
-    """
+    """Return the body of a request; MediaTypeError where it is no zip by its content type."""
     require_type(request, ZIP_TYPES, "the zip of a recording folder")
     with tempfile.SpooledTemporaryFile(MAX_IN_MEMORY) as spool:
         async for block in request.stream():

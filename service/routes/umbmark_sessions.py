@@ -17,19 +17,7 @@ from omnimate.service.problems import documented
 from omnimate.service.robot.reservation import DriveOrder
 from omnimate.service.routes.common import ALWAYS, After, Done, IfMatch, Limit, Page, etag, expected_version
 from omnimate.service.store.tables import RecordingRow, SampleRow, SessionRow, find_row, read_page
-from omnimate.service.umbmark import samples, sessions
-from omnimate.service.umbmark.models import (
-    Accept,
-    Id,
-    Result,
-    Sample,
-    SampleGiven,
-    SampleOfFixes,
-    Session,
-    SessionStart,
-    Solve,
-    State,
-)
+from omnimate.service.umbmark import models, samples, sessions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -45,13 +33,7 @@ class SessionDrives:
         self._orders: list[DriveOrder] = []
 
     def prepare(self, row: SessionRow) -> None:
-        """Reserve the robot on the bus for a session.
-
-        Raises:
-            InvalidValueError: the session is of another vehicle.
-            UnavailableError: the robot cannot drive now.
-            StateError: the robot drives for another session.
-        """
+        """Reserve the robot on the bus, which must be that of the session, as `Reservation.reserve`."""
         components = self._components
         if row.vehicle != components.vehicle:
             raise InvalidValueError(
@@ -81,12 +63,12 @@ class SessionDrives:
 
 
 PREFIX = "/v1/umbmark/sessions"
-SessionId = Annotated[Id, PathParameter(description="The id of the session.")]
+SessionId = Annotated[models.Id, PathParameter(description="The id of the session.")]
 router = APIRouter(prefix=PREFIX, tags=["umbmark"], responses=ALWAYS)
 
 
-@router.post("", status_code=201, response_model=Session)
-def start_session(body: SessionStart, call: Operating) -> Response:
+@router.post("", status_code=201, response_model=models.Session)
+def start_session(body: models.SessionStart, call: Operating) -> Response:
     """Start a session. With `how: drive` the robot begins to drive."""
     components, drives = call.components, SessionDrives(call.components)
 
@@ -102,8 +84,11 @@ def start_session(body: SessionStart, call: Operating) -> Response:
 
 @router.get("")
 def list_sessions(
-    call: Reading, limit: Limit = 50, after: After = None, state: Annotated[State | None, Query()] = None
-) -> Page[Session]:
+    call: Reading,
+    limit: Limit = 50,
+    after: After = None,
+    state: Annotated[models.State | None, Query()] = None,
+) -> Page[models.Session]:
     """Return the sessions, newest first, without their samples."""
     with call.components.database.reading() as db:
         where = () if state is None else (SessionRow.state == state,)
@@ -113,14 +98,14 @@ def list_sessions(
 
 
 @router.get("/{session_id}")
-def get_session(session_id: SessionId, call: Reading) -> Session:
+def get_session(session_id: SessionId, call: Reading) -> models.Session:
     """Return a session with its samples."""
     call.components.robot.reservation.note_client(session_id)
     with call.components.database.reading() as db:
         return sessions.session_with_samples(db, find_row(db, SessionRow, session_id))
 
 
-@router.post("/{session_id}/resume", response_model=Session, responses=documented(410))
+@router.post("/{session_id}/resume", response_model=models.Session, responses=documented(410))
 def resume_session(session_id: SessionId, call: Operating) -> Response:
     """Drive the runs that are still missing, after an interruption."""
     drives = SessionDrives(call.components)
@@ -133,7 +118,7 @@ def resume_session(session_id: SessionId, call: Operating) -> Response:
     return drives.begin_after(lambda: call.change(None, act))
 
 
-@router.post("/{session_id}/abort", response_model=Session, responses=documented(410))
+@router.post("/{session_id}/abort", response_model=models.Session, responses=documented(410))
 def abort_session(session_id: SessionId, call: Operating) -> Response:
     """End a session. A robot that drives for this session stops."""
     call.components.robot.reservation.stop("the session was aborted", session_id)
@@ -148,18 +133,20 @@ def abort_session(session_id: SessionId, call: Operating) -> Response:
     return response
 
 
-@router.post("/{session_id}/samples", status_code=201, response_model=Sample, responses=documented(410))
-def add_sample(session_id: SessionId, body: SampleGiven, call: Operating) -> Response:
+@router.post(
+    "/{session_id}/samples", status_code=201, response_model=models.Sample, responses=documented(410)
+)
+def add_sample(session_id: SessionId, body: models.SampleGiven, call: Operating) -> Response:
     """Add a run by its fixes, or all runs of a recording. A run that was answered with 201 is not lost."""
     drives = SessionDrives(call.components)
 
     def compute() -> list[SampleRow]:
-        return [] if isinstance(body, SampleOfFixes) else _squares(call, session_id, body.recording)
+        return [] if isinstance(body, models.SampleOfFixes) else _squares(call, session_id, body.recording)
 
     def act(db: Db, squares: list[SampleRow]) -> Answer:
         row = sessions.session_for(db, session_id, "sample", call.components.settings.lifetime)
         was_measuring = row.state == "measuring"
-        if isinstance(body, SampleOfFixes):
+        if isinstance(body, models.SampleOfFixes):
             sample = samples.add_measured_sample(db, row, body)
         else:
             recording = find_row(db, RecordingRow, body.recording)  # it may have been deleted meanwhile
@@ -170,7 +157,7 @@ def add_sample(session_id: SessionId, body: SampleGiven, call: Operating) -> Res
         if was_measuring:
             _continue_driving(db, row, drives)
         location = f"{PREFIX}/{session_id}/samples/{sample.number}"
-        return Answer(Sample.of(sample), 201, {"Location": location})
+        return Answer(models.Sample.of(sample), 201, {"Location": location})
 
     response = drives.begin_after(lambda: call.compute_and_change(body, compute, act))
     call.components.reporter.announce(session_id)
@@ -186,13 +173,7 @@ def _continue_driving(db: Db, row: SessionRow, drives: SessionDrives) -> None:
 
 
 def _squares(call: Call, session_id: str, recording_id: str) -> list[SampleRow]:
-    """Return the squares of an uploaded recording, of which there is one at least.
-
-    Raises:
-        NotFoundError: there is no such recording.
-        InvalidValueError: the recording is of another robot, holds no square, or has a lap that is no square
-            or lacks a fix.
-    """
+    """Return the squares of an uploaded recording of the session's robot, of which there is one at least."""
     with call.components.database.reading() as db:
         row = find_row(db, SessionRow, session_id)
         sessions.require_call(row, "sample", time.time())
@@ -225,20 +206,20 @@ def remove_sample(
     return response
 
 
-@router.post("/{session_id}/solve", response_model=Result, responses=documented(410))
-def solve_session(session_id: SessionId, call: Operating, body: Solve | None = None) -> Response:
+@router.post("/{session_id}/solve", response_model=models.Result, responses=documented(410))
+def solve_session(session_id: SessionId, call: Operating, body: models.Solve | None = None) -> Response:
     """Solve the session with the runs that it has. More runs may be added, and the session solved again."""
 
-    def compute() -> tuple[list[SampleRow], Result]:
+    def compute() -> tuple[list[SampleRow], models.Result]:
         from omnimate.service.umbmark.result import make_result  # imports scipy.stats, which takes a second
 
         with call.components.database.reading() as db:
             row = find_row(db, SessionRow, session_id)
             sessions.require_call(row, "solve", time.time())
             samples, vehicle = sessions.samples_of(db, row), sessions.vehicle_of(db, row)
-        return samples, make_result(row, samples, vehicle, (body or Solve()).method)
+        return samples, make_result(row, samples, vehicle, (body or models.Solve()).method)
 
-    def act(db: Db, computed: tuple[list[SampleRow], Result]) -> Answer:
+    def act(db: Db, computed: tuple[list[SampleRow], models.Result]) -> Answer:
         row = sessions.session_for(db, session_id, "solve", call.components.settings.lifetime)
         samples, result = computed
         sessions.store_result(db, row, samples, result)
@@ -250,7 +231,7 @@ def solve_session(session_id: SessionId, call: Operating, body: Solve | None = N
 
 
 @router.get("/{session_id}/result")
-def get_result(session_id: SessionId, call: Reading, response: Response) -> Result:
+def get_result(session_id: SessionId, call: Reading, response: Response) -> models.Result:
     """Return the result of the last solve."""
     with call.components.database.reading() as db:
         result = sessions.last_result(find_row(db, SessionRow, session_id))
@@ -281,13 +262,13 @@ def get_plot(
     return Response(picture, media_type="image/svg+xml" if kind == "svg" else "image/png")
 
 
-@router.post("/{session_id}/accept", response_model=Session, responses=documented(410, 412, 428))
+@router.post("/{session_id}/accept", response_model=models.Session, responses=documented(410, 412, 428))
 def accept_result(
-    session_id: SessionId, call: Operating, if_match: IfMatch, body: Accept | None = None
+    session_id: SessionId, call: Operating, if_match: IfMatch, body: models.Accept | None = None
 ) -> Response:
     """Make the result the newest version of the vehicle. The former versions stay."""
     revision = expected_version(if_match)
-    force = (body or Accept()).force
+    force = (body or models.Accept()).force
 
     def act(db: Db) -> Answer:
         row = sessions.session_for(db, session_id, "accept", call.components.settings.lifetime)

@@ -37,14 +37,11 @@ class Vehicle(RowModel):
     name: str
     version: int
     created: float
-    origin: Annotated[str, Field(description="Where the version comes from, in words.")]
-    session: Annotated[
-        str | None,
-        Field(description="The id of the UMBmark session whose result it is; null for another origin."),
-    ]
-    made_by: Annotated[
-        str | None, Field(description="The name of the key with which it was made; null without a key.")
-    ]
+    origin: str = Field(description="Where the version comes from, in words.")
+    session: str | None = Field(
+        description="The id of the UMBmark session whose result it is; null for another origin."
+    )
+    made_by: str | None = Field(description="The name of the key with which it was made; null without a key.")
     trucks: dict[TruckName, TruckSizes]
     link_length: float | None
     toml: str | None = None

@@ -33,11 +33,7 @@ MIGRATION_LOCK = 0x6F6D6E69  # number of the lock under which PostgreSQL's table
 
 
 class DatabaseError(ServiceError):
-    """A database that cannot be used.
-
-    Attributes:
-        url: The URL of the database without its password.
-    """
+    """A database that cannot be used; its URL is without the password."""
 
     def __init__(self, url: str, problem: str) -> None:
         super().__init__(
@@ -50,14 +46,9 @@ class Database:
     """A database with its tables as this version of the service needs them."""
 
     def __init__(self, url: str, *, existing: bool = False) -> None:
-        """Connect and bring the tables up to date.
+        """Connect and bring the tables up to date; DatabaseError where that cannot be done.
 
-        Args:
-            url: The URL of the database.
-            existing: Whether a file of SQLite is refused that is not there, instead of being made.
-
-        Raises:
-            DatabaseError: it cannot be opened, or it is of a kind that the service does not know.
+        A file of SQLite that is not there is made, or refused if it has to be `existing`.
         """
         shown, self.engine = _engine(url)
         sqlite = self.engine.dialect.name == "sqlite"
@@ -138,11 +129,7 @@ def _on_checkin(_connection: object, record: ConnectionPoolEntry) -> None:
 
 
 def _on_checkout(connection: Any, record: ConnectionPoolEntry, _proxy: object) -> None:  # noqa: ANN401
-    """Test a connection that was idle: the server may have been restarted since.
-
-    Raises:
-        DisconnectionError: the server did not answer; the pool connects again.
-    """
+    """Test a connection that was idle: the server may have been restarted since. The pool connects again."""
     if time.monotonic() - record.info.get("used", math.inf) > IDLE_TIME:
         try:
             connection.execute("select 1")

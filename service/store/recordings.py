@@ -53,11 +53,7 @@ def summarize(recording: Recording) -> dict[str, Any]:
 
 
 def summarize_upload(recording: Recording) -> dict[str, Any]:
-    """Return the same of a recording whose robot the service could store.
-
-    Raises:
-        InvalidValueError: it could not, by its name.
-    """
+    """Return the same of a recording whose robot the service could store; InvalidValueError of another."""
     require_name(recording.vehicle, f"{VEHICLE}: name")
     return summarize(recording)
 
@@ -65,9 +61,7 @@ def summarize_upload(recording: Recording) -> dict[str, Any]:
 def learned_by(recording: Recording, *, uncalibrated: bool) -> Learned:
     """Return the robot, and what the filter has learned of it by the end of a recording.
 
-    Args:
-        recording: The recording.
-        uncalibrated: Whether the robot is described by nominal values, so that more of them may be wrong.
+    More of an uncalibrated robot, which is described by nominal values, may be wrong.
 
     Raises:
         NoLinkageError: the robot has a single truck.
@@ -117,13 +111,7 @@ class RecordingStore:
         return self.add(name, content, summary | {"problems": problems})
 
     def read(self, row: RecordingRow, extract: Callable[[Recording], T]) -> T:
-        """Return what a function takes from a recording, as `read_in_process`.
-
-        Raises:
-            NotFoundError: the recording was deleted meanwhile.
-            InvalidValueError: the recording cannot be read, or the function refuses it.
-            TooLargeError: it takes too much memory or time.
-        """
+        """Return what a function takes from a recording; raises as `content` and `read_in_process`."""
         return self._read(self.content(row), row.name, extract)[0]
 
     def _read(self, content: bytes, name: str, extract: Callable[[Recording], T]) -> tuple[T, list[str]]:
@@ -132,11 +120,7 @@ class RecordingStore:
             return read_in_process(Path(place), folder, name, extract)
 
     def content(self, row: RecordingRow) -> bytes:
-        """Return the zip of a recording.
-
-        Raises:
-            NotFoundError: the recording was deleted meanwhile.
-        """
+        """Return the zip of a recording; NotFoundError where the recording was deleted meanwhile."""
         try:
             return self._files.read(f"{row.id}.zip")
         except FileNotFoundError as error:
@@ -184,21 +168,13 @@ class FleetStores:
     def __init__(self, root: str) -> None:
         self._root = root.rstrip("/")
 
-    def store(self, fleet: str) -> str:
-        """Return the folder or URL of a fleet's recordings, as `omnimate fleet run` takes it."""
-        return f"{self._root}/{fleet}"
-
-    def results(self, fleet: str) -> str:
-        """Return the folder or URL of a fleet's results."""
-        return f"{self.store(fleet)}/results"
-
     def recordings_of(self, fleet: str) -> Files:
-        """Return the files of a fleet's recordings."""
-        return open_files(self.store(fleet))
+        """Return the files of a fleet's recordings, whose root is a store of `omnimate fleet run`."""
+        return open_files(f"{self._root}/{fleet}")
 
     def results_of(self, fleet: str) -> Files:
         """Return the files of a fleet's results."""
-        return open_files(self.results(fleet))
+        return open_files(f"{self._root}/{fleet}/results")
 
 
 def read_in_process(
@@ -211,13 +187,9 @@ def read_in_process(
 ) -> tuple[T, list[str]]:
     """Return what is needed of the recording in a folder, and what of its log could not be read, in words.
 
-    Args:
-        root: Messages name the recording's files relative to this folder.
-        folder: The folder.
-        source: What messages call the recording.
-        extract: A function of a module; the other process calls it, and only its result takes memory here.
-        memory: The most memory that reading may take [bytes].
-        timeout: The longest time that reading may take [s].
+    Messages call the recording `source`, and its files relative to `root`. `extract` is a function of a
+    module; the other process calls it within a memory [bytes] and a timeout [s], and only its result takes
+    memory here.
 
     Raises:
         InvalidValueError: the recording cannot be read, or `extract` refuses it.

@@ -223,10 +223,10 @@ class AnswerRow(Base):
     key: Mapped[str] = mapped_column(String(200), primary_key=True)
     call: Mapped[str] = mapped_column(String(400))
     digest: Mapped[str] = mapped_column(String(64))
-    status: Mapped[int]
-    headers: Mapped[dict[str, str]] = mapped_column(JsonText)
-    body: Mapped[str] = mapped_column(Text)
-    created: Mapped[float]
+    status: Mapped[int] = mapped_column(default=0)
+    headers: Mapped[dict[str, str]] = mapped_column(JsonText, default=dict)
+    body: Mapped[str] = mapped_column(Text, default="")
+    created: Mapped[float] = mapped_column(default=_now)
 
 
 class FleetRow(ListedRow):
@@ -235,9 +235,7 @@ class FleetRow(ListedRow):
     __tablename__ = "fleets"
     __table_args__ = (Index("fleets_by_age", "created", "id"),)
     id: Mapped[str] = mapped_column(String(64), primary_key=True)  # its name
-    night: Mapped[str | None] = mapped_column(
-        String(10)
-    )  # day of the latest report whose findings were noted
+    night: Mapped[str | None] = mapped_column(String(10))  # of the latest report whose findings were noted
 
 
 class FindingRow(ListedRow):
@@ -301,12 +299,9 @@ def lease_ended(
 
 
 def find_row(db: Session, table: type[Row], key: str, *, for_change: bool = False, **having: object) -> Row:
-    """Return the row of a table with a key, and with the values that it is `having`.
+    """Return the row of a table with a key and the values that it is `having`; NotFoundError without it.
 
     `for_change` locks it until the end of the transaction.
-
-    Raises:
-        NotFoundError: there is no such row.
     """
     row = db.get(table, key, with_for_update=for_change)
     if row is None or any(getattr(row, name) != value for name, value in having.items()):
@@ -322,11 +317,8 @@ def read_page(
 ) -> tuple[list[Row], str | None]:
     """Return a page of rows and the cursor of the next page, which is None after the last one.
 
-    `after` is the cursor, None for the first page. It is the time and the id of the row before the page, so
-    that it holds also when that row is deleted.
-
-    Raises:
-        InvalidValueError: it is no cursor.
+    `after` is the cursor, None for the first page; InvalidValueError where it is none. It is the time and the
+    id of the row before the page, so that it holds also when that row is deleted.
     """
     query = select(table).where(*where).order_by(table.created.desc(), table.id.desc()).limit(limit + 1)
     if after is not None:

@@ -26,13 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where the parameters of a version come from.
-
-    Attributes:
-        origin: The origin in words.
-        made_by: The name of the key with which the version was made; None without a key.
-        session: The id of the UMBmark session whose result it is; None for another origin.
-    """
+    """Where the parameters of a version come from: in words, the name of a key, the id of a session."""
 
     origin: str
     made_by: str | None = None
@@ -40,11 +34,7 @@ class Origin:
 
 
 def newest(db: Session, name: str) -> VehicleRow:
-    """Return the newest version of a vehicle.
-
-    Raises:
-        NotFoundError: there is no vehicle of this name.
-    """
+    """Return the newest version of a vehicle; NotFoundError where there is no vehicle of this name."""
     row = db.scalars(_newest_first(name).limit(1)).first()
     if row is None:
         raise NotFoundError("vehicle", name)
@@ -56,11 +46,7 @@ def _newest_first(name: str) -> Select[VehicleRow]:
 
 
 def version(db: Session, name: str, number: int) -> VehicleRow:
-    """Return one version of a vehicle.
-
-    Raises:
-        NotFoundError: there is no such version.
-    """
+    """Return one version of a vehicle; NotFoundError where there is no such version."""
     row = db.get(VehicleRow, (name, number))
     if row is None:
         raise NotFoundError(f"version of vehicle {name}:", str(number))
@@ -68,11 +54,7 @@ def version(db: Session, name: str, number: int) -> VehicleRow:
 
 
 def versions(db: Session, name: str) -> Sequence[VehicleRow]:
-    """Return all versions of a vehicle, newest first.
-
-    Raises:
-        NotFoundError: there is no vehicle of this name.
-    """
+    """Return all versions of a vehicle, newest first; NotFoundError where there is none."""
     rows = db.scalars(_newest_first(name)).all()
     if not rows:
         raise NotFoundError("vehicle", name)
@@ -91,21 +73,13 @@ def newest_of_all(db: Session) -> Sequence[VehicleRow]:
 
 
 def require_name(vehicle: VehicleParameters, where: str) -> None:
-    """Refuse a vehicle that could not be stored by its name; `where` says where it stands, for the message.
-
-    Raises:
-        InvalidValueError: the name is empty, too long, or holds a slash or a control character.
-    """
+    """Refuse, by InvalidValueError about `where`, a vehicle that could not be stored by its name."""
     if re.fullmatch(NAME_PATTERN, vehicle.name) is None:
         raise InvalidValueError(where, f"{vehicle.name[:120]!r}; expected 1 to 100 characters, no slash")
 
 
 def create(db: Session, vehicle: VehicleParameters, origin: Origin, text: str | None = None) -> VehicleRow:
-    """Add the first version of a vehicle; `text` is its vehicle.toml as a person wrote it.
-
-    Raises:
-        StateError: there is a vehicle of this name already.
-    """
+    """Add the first version of a vehicle, as a person wrote its text; StateError where its name is taken."""
     try:
         return _insert(db, vehicle, 1, origin, text)
     except IntegrityError as error:
@@ -117,16 +91,8 @@ def add_version(
 ) -> VehicleRow:
     """Add a version of a vehicle, after every other transaction that adds one has ended.
 
-    Args:
-        db: The open transaction.
-        vehicle: The parameters of the new version.
-        origin: Where the parameters come from.
-        expected: The version that the caller expects to be the newest; None accepts any version.
-        text: Its vehicle.toml as a person wrote it; None where it is to be generated.
-
-    Raises:
-        NotFoundError: there is no vehicle of this name.
-        ModifiedError: the newest version is not the expected one.
+    NotFoundError where there is no such vehicle, ModifiedError where its newest version is not the expected
+    one; None expects any. `text` is vehicle.toml as a person wrote it, None where it is to be generated.
     """
     db.get(VehicleRow, (vehicle.name, 1), with_for_update=True)
     last = newest(db, vehicle.name)

@@ -51,17 +51,15 @@ class RowModel(BaseModel):
 class Geometry(RequestModel):
     """The positions of the three range sensors on the truck and of the two walls (U section V)."""
 
-    baseline: Annotated[
-        Range, Field(description="The distance between the two sensors on the right side [m].")
-    ] = 0.405
-    side: Annotated[
-        Metre, Field(description="The distance of these two sensors from the truck's middle line [m].")
-    ] = 0.3
-    rear: Annotated[
-        Metre, Field(description="The distance of the rear sensor behind the drive axle [m].")
-    ] = 0.3
-    wall_x: Annotated[Metre, Field(description="The x coordinate of the short wall [m].")] = -2.5
-    wall_y: Annotated[Metre, Field(description="The y coordinate of the long wall [m].")] = -6.0
+    baseline: Range = Field(
+        default=0.405, description="The distance between the two sensors on the right side [m]."
+    )
+    side: Metre = Field(
+        default=0.3, description="The distance of these two sensors from the truck's middle line [m]."
+    )
+    rear: Metre = Field(default=0.3, description="The distance of the rear sensor behind the drive axle [m].")
+    wall_x: Metre = Field(default=-2.5, description="The x coordinate of the short wall [m].")
+    wall_y: Metre = Field(default=-6.0, description="The y coordinate of the long wall [m].")
 
 
 class Walls(RequestModel):
@@ -106,49 +104,45 @@ Fix = Annotated[
 class SessionStart(RequestModel):
     """The square that is going to be driven, and how its runs are measured."""
 
-    vehicle: Annotated[
-        Name | None, Field(description="The name of the vehicle. Default: the vehicle on the service's bus.")
-    ] = None
-    side: Annotated[float, Field(ge=0.2, le=100.0, description="The side of the square [m].")] = 4.0
-    runs: Annotated[
-        int, Field(ge=1, le=50, description="The number of runs that are wanted in each direction.")
-    ] = 5
+    vehicle: Name | None = Field(
+        default=None, description="The name of the vehicle. Default: the vehicle on the service's bus."
+    )
+    side: float = Field(default=4.0, ge=0.2, le=100.0, description="The side of the square [m].")
+    runs: int = Field(
+        default=5, ge=1, le=50, description="The number of runs that are wanted in each direction."
+    )
     how: How = "manual"
-    speed: Annotated[
-        float,
-        Field(
-            ge=0.02, le=2.0, description="The speed of the wheels when the service drives the robot [m/s]."
-        ),
-    ] = 0.4
-    lifeline: Annotated[
-        float | None,
-        Field(
-            ge=1.0,
-            le=3600.0,
-            description="When the service drives the robot: it stops when no client has asked for the "
-            "session for this time [s]. Null: it never stops for this reason.",
-        ),
-    ] = 30.0
+    speed: float = Field(
+        default=0.4,
+        ge=0.02,
+        le=2.0,
+        description="The speed of the wheels when the service drives the robot [m/s].",
+    )
+    lifeline: float | None = Field(
+        default=30.0,
+        ge=1.0,
+        le=3600.0,
+        description="When the service drives the robot: it stops when no client has asked for the "
+        "session for this time [s]. Null: it never stops for this reason.",
+    )
 
 
 class SampleOfFixes(RequestModel):
     """One run, given by its absolute poses and by the pose that odometry shows at its end."""
 
-    direction: Annotated[
-        Direction | None, Field(description="The direction of the run. Default: that of the driven lap.")
-    ] = None
+    direction: Direction | None = Field(
+        default=None, description="The direction of the run. Default: that of the driven lap."
+    )
     truck: TruckName = "a"
-    before: Annotated[
-        Fix | None, Field(description="The pose before the run. Default: the origin with heading 0.")
-    ] = None
+    before: Fix | None = Field(
+        default=None, description="The pose before the run. Default: the origin with heading 0."
+    )
     after: Fix
-    calculated: Annotated[
-        Coordinates | None,
-        Field(
-            description="The pose that odometry shows at the end of a run that began at `before`. "
-            "Default: that of the driven lap."
-        ),
-    ] = None
+    calculated: Coordinates | None = Field(
+        default=None,
+        description="The pose that odometry shows at the end of a run that began at `before`. "
+        "Default: that of the driven lap.",
+    )
 
 
 class SampleOfRecording(RequestModel):
@@ -244,9 +238,7 @@ class MethodResult(RowModel):
     wheelbase: Limits
     diameter_left: Limits
     diameter_right: Limits
-    after: Annotated[
-        float, Field(description="The error E_max,syst that remains after this calibration [m].")
-    ]
+    after: float = Field(description="The error E_max,syst that remains after this calibration [m].")
 
 
 class Errors(RowModel):
@@ -290,7 +282,7 @@ class Result(BaseModel):
     """The result of a session."""
 
     session: str
-    revision: Annotated[str, Field(description="The revision of the result, which is also its ETag.")]
+    revision: str = Field(description="The revision of the result, which is also its ETag.")
     vehicle: str
     vehicle_version: int
     method: Method

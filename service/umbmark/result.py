@@ -32,11 +32,7 @@ DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 def experiments_of(
     row: SessionRow, samples: Sequence[SampleRow], vehicle: VehicleParameters
 ) -> dict[TruckName, Experiment]:
-    """Return the experiment of every truck that has runs in both directions.
-
-    Raises:
-        StateError: no truck has runs in both directions.
-    """
+    """Return the experiment of every truck that has runs in both directions; StateError where none has."""
     experiments = {}
     for name, truck in vehicle.trucks.items():
         cw, ccw = (_return_errors(samples, name, direction) for direction in DIRECTIONS)
@@ -68,9 +64,7 @@ def make_result(
 ) -> Result:
     """Return the calibration of a session's vehicle by its runs.
 
-    Raises:
-        StateError: no truck has runs in both directions.
-        InvalidValueError: the data do not allow the method.
+    Raises as `experiments_of`, and InvalidValueError where the data do not allow the method.
     """
     experiments = experiments_of(row, samples, vehicle)
     try:

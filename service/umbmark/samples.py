@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from omnimate.service.store.tables import SessionRow
     from omnimate.service.umbmark.models import Direction, Fix, SampleOfFixes
-    from omnimate.vehicle.parameters import TruckName, VehicleParameters
+    from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
@@ -38,15 +38,12 @@ def add_measured_sample(db: Db, row: SessionRow, request: SampleOfFixes) -> Samp
     """
     if row.how == "recordings":
         raise refusal(row, "this session takes its runs from uploaded recordings; send the id of a recording")
-    direction, calculated = _direction(row, request), _calculated(row, request)
-    error = return_error(_start(request), pose_of(request.after, "after"), calculated)
+    direction = _direction(row, request)
+    before = np.zeros(3) if request.before is None else pose_of(request.before, "before")
+    error = return_error(before, pose_of(request.after, "after"), _calculated(row, request, before))
     sample = SampleRow(direction=direction, errors={request.truck: ReturnError.model_validate(error)})
     row.pending = None
     return add_sample(db, row, sample, "fixes")
-
-
-def _start(request: SampleOfFixes) -> Array:
-    return np.zeros(3) if request.before is None else pose_of(request.before, "before")
 
 
 def _direction(row: SessionRow, request: SampleOfFixes) -> Direction:
@@ -59,8 +56,8 @@ def _direction(row: SessionRow, request: SampleOfFixes) -> Direction:
     return direction
 
 
-def _calculated(row: SessionRow, request: SampleOfFixes) -> Array:
-    """Return the pose of odometry at the end: as sent, or as the driven lap gives it from its start."""
+def _calculated(row: SessionRow, request: SampleOfFixes, before: Array) -> Array:
+    """Return the pose of odometry at the end: as sent, or as the driven lap gives it from `before`."""
     if request.calculated is not None:
         return pose_of(request.calculated, "calculated")
     if row.pending is None:
@@ -72,7 +69,7 @@ def _calculated(row: SessionRow, request: SampleOfFixes) -> Array:
     driven = row.pending["calculated"].get(request.truck)
     if driven is None:
         raise InvalidValueError("truck", f"the robot has no truck {request.truck!r}")
-    return np.asarray(compose(_start(request), driven), np.float64)
+    return np.asarray(compose(before, driven), np.float64)
 
 
 def add_sample(
@@ -80,19 +77,21 @@ def add_sample(
 ) -> SampleRow:
     """Add a run to a session; a former result of the session is discarded.
 
-    Args:
-        db: The open transaction.
-        row: The session.
-        sample: The run, with its direction and the return error of each truck.
-        source: Where the run comes from, in words.
-        recording: The id of its recording; None where there is none.
+    The run has its direction and the return error of each truck; `source` says in words where it comes from.
 
     Raises:
         InvalidValueError: a return error is too large to be one of odometry.
         StateError: the session has the largest number of runs already.
     """
     for truck, error in sample.errors.items():
-        _check_size(row, truck, error)
+        size = math.hypot(error.x, error.y)
+        if not size <= MAX_RETURN_SIDES * row.side:
+            raise InvalidValueError(
+                "after",
+                f"the return error of truck {truck} would be {size:.3g} m, which is no error of odometry in "
+                f"a square of {row.side:g} m; check that all lengths are metres and both poses are in one "
+                "frame",
+            )
     last = db.scalar(select(func.max(SampleRow.number)).where(SampleRow.session == row.id)) or 0
     if last >= MAX_SAMPLES:
         raise refusal(row, f"a session takes {MAX_SAMPLES} runs at most; solve it")
@@ -104,11 +103,7 @@ def add_sample(
 
 
 def require_new(db: Db, row: SessionRow, recording: str) -> None:
-    """Refuse a recording whose runs the session has: counted twice, they would look more certain.
-
-    Raises:
-        StateError: the session has a run of this recording.
-    """
+    """Refuse, by StateError, a recording whose runs the session has: twice, they would look more certain."""
     of_recording = (SampleRow.session == row.id) & (SampleRow.recording == recording)
     number = db.scalar(select(func.min(SampleRow.number)).where(of_recording))
     if number is not None:
@@ -117,21 +112,10 @@ def require_new(db: Db, row: SessionRow, recording: str) -> None:
         )
 
 
-def _check_size(row: SessionRow, truck: TruckName, error: ReturnError) -> None:
-    size = math.hypot(error.x, error.y)
-    if not size <= MAX_RETURN_SIDES * row.side:
-        raise InvalidValueError(
-            "after",
-            f"the return error of truck {truck} would be {size:.3g} m, which is no error of odometry in a "
-            f"square of {row.side:g} m; check that all lengths are metres and both poses are in one frame",
-        )
-
-
 def squares_of(recording: Recording, vehicle: VehicleParameters, side: float) -> list[SampleRow]:
     """Return the squares of a recording in order, as runs of no session yet; none where it has no fixes.
 
-    Raises:
-        CalibrationError: a lap is no square of this side [m], or has no fix before or after it.
+    CalibrationError where a lap is no square of this side [m], or has no fix before or after it.
     """
     from omnimate.calib.recordings import has_fixes
     from omnimate.calib.umbmark.runs import square_runs
@@ -147,11 +131,7 @@ def squares_of(recording: Recording, vehicle: VehicleParameters, side: float) ->
 
 
 def remove_sample(db: Db, row: SessionRow, number: int) -> None:
-    """Remove a run; a former result of the session is discarded.
-
-    Raises:
-        NotFoundError: the session has no run with this number.
-    """
+    """Remove a run, or raise NotFoundError; a former result of the session is discarded."""
     sample = db.get(SampleRow, (row.id, number))
     if sample is None:
         raise NotFoundError(f"run of session {row.id}:", str(number))
@@ -166,14 +146,9 @@ def _discard_result(row: SessionRow) -> None:
 
 
 def pose_of(fix: Fix, where: str) -> Array:
-    """Return the pose `(3,)` of a fix; theta is nan where it was not measured.
+    """Return the pose `(3,)` of a fix in the field `where`; theta is nan where it was not measured.
 
-    Args:
-        fix: The fix, by coordinates or by distances to walls.
-        where: The field of the request that holds the fix, for messages.
-
-    Raises:
-        InvalidValueError: no pose has such distances to the walls.
+    InvalidValueError where no pose has such distances to the walls.
     """
     if not isinstance(fix, ByWalls):
         return np.array([fix.x, fix.y, math.nan if fix.theta is None else fix.theta], np.float64)
@@ -190,18 +165,12 @@ def pose_of(fix: Fix, where: str) -> Array:
 
 
 def return_error(before: Array, after: Array, calculated: Array) -> Array:
-    """Return the return error `(3,)` of a run; theta is nan where it is not known.
+    """Return the return error `(3,)` of a run, of which theta is nan where it is not known.
 
-    Args:
-        before: The absolute pose `(3,)` before the run.
-        after: The absolute pose `(3,)` after the run.
-        calculated: The pose `(3,)` that odometry shows after the run.
-
-    Raises:
-        InvalidValueError: the heading before the run is not known.
+    It is that of the absolute poses `(3,)` before and after it, and of odometry `(3,)` after it;
+    InvalidValueError where the heading before it is not known.
     """
     if not math.isfinite(before[2]):
         raise InvalidValueError("before.theta", "missing; expected the heading at the start (usually 0)")
-    absolute, odometry = between(before, after), between(before, calculated)
-    error = absolute - odometry
+    error = between(before, after) - between(before, calculated)
     return np.array([error[0], error[1], float(wrap(error[2]))], np.float64)

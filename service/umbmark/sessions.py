@@ -71,11 +71,7 @@ def require_call(row: SessionRow, call: Call, now: float) -> None:
 
 
 def start_session(db: Db, request: SessionStart, vehicle: str, lifetime: float) -> SessionRow:
-    """Start a session with the newest version of a vehicle; unused for its lifetime [s], it expires.
-
-    Raises:
-        NotFoundError: there is no such vehicle.
-    """
+    """Start a session with the newest version of a vehicle; unused for its lifetime [s], it expires."""
     now = time.time()
     row = SessionRow(
         vehicle=vehicle,
@@ -91,13 +87,7 @@ def start_session(db: Db, request: SessionStart, vehicle: str, lifetime: float) 
 
 
 def session_for(db: Db, session_id: str, call: Call, lifetime: float) -> SessionRow:
-    """Return a session, locked, for a call that it allows; unused for its lifetime [s], it expires.
-
-    Raises:
-        NotFoundError: there is no session with this id.
-        ExpiredError: the session has expired.
-        StateError: the state of the session does not allow the call.
-    """
+    """Return a session, locked, for a call that it allows; unused for its lifetime [s], it expires."""
     row = find_row(db, SessionRow, session_id, for_change=True)
     now = time.time()
     require_call(row, call, now)
@@ -187,11 +177,7 @@ def next_direction(db: Db, row: SessionRow) -> Direction | None:
 
 
 def store_result(db: Db, row: SessionRow, samples: Iterable[SampleRow], result: Result) -> None:
-    """Make a result that was calculated from some runs that of their session.
-
-    Raises:
-        StateError: the session has other runs now.
-    """
+    """Make a result that of its session; StateError where that has other runs than it was calculated from."""
     if _identities(samples_of(db, row)) != _identities(samples):
         raise refusal(row, f"the runs of session {row.id} changed while it was solved; solve it again")
     row.state, row.result, row.detail = "solved", result.model_dump_json(), ""
@@ -203,11 +189,7 @@ def _identities(samples: Iterable[SampleRow]) -> list[tuple[int, float]]:
 
 
 def last_result(row: SessionRow) -> Result:
-    """Return the result of the last solve.
-
-    Raises:
-        StateError: the session has no result.
-    """
+    """Return the result of the last solve; StateError where the session has no result."""
     if row.result is None:
         raise refusal(row, f"session {row.id} has no result")
     return Result.model_validate_json(row.result)
@@ -216,14 +198,7 @@ def last_result(row: SessionRow) -> Result:
 def accept_result(
     db: Db, row: SessionRow, revision: str | None, made_by: str | None, *, force: bool
 ) -> VehicleRow:
-    """Make a session's result the newest version of its vehicle.
-
-    Args:
-        db: The open transaction.
-        row: The session.
-        revision: The revision of the result that the caller has seen; None for any.
-        made_by: The name of the caller's key; None without a key.
-        force: Whether to accept a result of which a check reports an error.
+    """Make a session's result, of the revision that the caller has seen, the newest version of its vehicle.
 
     Raises:
         ModifiedError: the result has another revision, or the vehicle has a newer version.

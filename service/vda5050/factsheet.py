@@ -40,19 +40,12 @@ class FactsheetError(ServiceError):
 
 @dataclass(frozen=True, slots=True)
 class Factsheet:
-    """A robot's factsheet as its manufacturer states it.
+    """A robot's factsheet as its manufacturer states it."""
 
-    Attributes:
-        manufacturer: A part of the robot's topics.
-        serial: The robot's serial number, likewise.
-        wheel_width: Width of its wheels [m].
-        content: All of it but the header.
-    """
-
-    manufacturer: str
+    manufacturer: str  # a part of the robot's topics, as the serial number
     serial: str
-    wheel_width: float
-    content: dict[str, Any]
+    wheel_width: float  # [m]
+    content: dict[str, Any]  # all of it but the header
 
     def with_wheels(self, vehicle: VehicleParameters) -> dict[str, Any]:
         """Return the content with the wheels of a calibrated vehicle."""
@@ -61,11 +54,7 @@ class Factsheet:
 
 
 def load_factsheet(path: Path) -> Factsheet:
-    """Return the factsheet in a JSON file.
-
-    Raises:
-        FactsheetError: It cannot be read, or lacks what VDA 5050 requires.
-    """
+    """Return the factsheet in a JSON file; FactsheetError where it lacks what VDA 5050 requires."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:

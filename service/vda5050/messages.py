@@ -64,11 +64,7 @@ def state_of(status: RobotStatus, actions: list[dict[str, Any]]) -> dict[str, An
     """Return the content of a state message.
 
     The operating mode is SERVICE: this interface takes no orders. Battery and safety states are those that
-    the drives report; an `information` lists what is unknown.
-
-    Args:
-        status: The robot as its process reported it last.
-        actions: States of the instant actions that were asked for.
+    the drives report; an `information` lists what is unknown. `actions` are the states of instant actions.
     """
     event = status.state
     content: dict[str, Any] = {

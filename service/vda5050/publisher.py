@@ -29,11 +29,7 @@ _log = logging.getLogger(__name__)
 
 
 class BrokerError(ServiceError):
-    """A broker's URL that cannot be used.
-
-    Attributes:
-        url: The URL without its password.
-    """
+    """A broker's URL, without its password, that cannot be used."""
 
     def __init__(self, url: str, problem: str) -> None:
         super().__init__(f"{url}: {problem}; expected mqtt://[user:password@]host[:port]")

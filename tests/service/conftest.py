@@ -20,7 +20,7 @@ from omnimate.files.recordings.zipped import pack
 from omnimate.ipec.tracker import track_recording
 from omnimate.motion.paths import umbmark
 from omnimate.service.app import create_app
-from omnimate.service.components import make_components
+from omnimate.service.components import Components
 from omnimate.service.robot.robot_server import serve_robot
 from omnimate.service.settings import Settings
 from omnimate.service.store import vehicles
@@ -113,7 +113,7 @@ def serving(url, **options):
     """A client of a service, started and stopped with the block."""
     with TemporaryDirectory() as fleets:
         options = {"fleets": fleets} | options
-        components = make_components(Settings(database=url, pace=1000.0, rate=1e6, **options), RobotInThread)
+        components = Components(Settings(database=url, pace=1000.0, rate=1e6, **options), RobotInThread)
         yield from connected(components)
 
 

@@ -10,7 +10,7 @@ import uvicorn
 
 from omnimate.client import Client, ProblemError
 from omnimate.service.app import create_app
-from omnimate.service.components import make_components
+from omnimate.service.components import Components
 from omnimate.service.settings import Settings
 
 QUICKLY = 0.02  # [s] between two looks at a job
@@ -21,7 +21,7 @@ def api(tmp_path_factory, until, robot_in_thread):
     """A client of a service that listens on a port of its own."""
     folder = tmp_path_factory.mktemp("client")
     settings = Settings(database=f"sqlite:///{folder}/service.db", pace=1000.0, rate=1e6, fleets=str(folder))
-    app = create_app(make_components(settings, robot_in_thread))
+    app = create_app(Components(settings, robot_in_thread))
     server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="warning"))
     thread = threading.Thread(target=server.run)
     thread.start()

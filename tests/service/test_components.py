@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from omnimate.files.recordings.folder import load_recording
-from omnimate.service.components import make_components
+from omnimate.service.components import Components
 from omnimate.service.settings import Settings
 from omnimate.service.store import vehicles
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -23,7 +23,7 @@ def versions(tmp_path):
         path = tmp_path / "vehicle.toml"
         save_vehicle(vehicle, path)
         settings = Settings(database=f"sqlite:///{tmp_path}/service.db", vehicle=path)
-        components = make_components(settings)
+        components = Components(settings)
         with components.database.reading() as db:
             rows = vehicles.versions(db, vehicle.name)
             kept = [vehicles.parameters_of(row) for row in rows]

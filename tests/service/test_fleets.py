@@ -48,7 +48,7 @@ def hall(client):
     """The path of a fleet that has the results of a hall's daily runs."""
     made = client.post(PATH, json={"name": "hall-3"})
     assert made.status_code == 201
-    write_results(client.components.stores.results("hall-3"))
+    write_results(client.components.stores.results_of("hall-3").url)
     return made.headers["Location"]
 
 

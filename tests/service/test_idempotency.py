@@ -13,15 +13,7 @@ from sqlalchemy.exc import IntegrityError
 
 from omnimate.service import calls
 from omnimate.service.access import LOCAL, Caller
-from omnimate.service.calls import (
-    MAX_KEY_LENGTH,
-    Answer,
-    Call,
-    act_once,
-    digest_of,
-    storable,
-    unanswered,
-)
+from omnimate.service.calls import MAX_KEY_LENGTH, Answer, Call, act_once, digest_of, storable
 from omnimate.service.errors import ForbiddenError, StateError
 from omnimate.service.store.database import Database
 from omnimate.service.store.tables import AnswerRow
@@ -43,6 +35,10 @@ def database(tmp_path_factory):
 
 FEW = st.sampled_from("ab")
 REQUESTS = st.lists(st.tuples(FEW, FEW, FEW, FEW), min_size=1, max_size=12)
+
+
+def unanswered(caller, key, call, digest):
+    return AnswerRow(caller=caller, key=key, call=call, digest=digest)
 
 
 def forget_all(database):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from omnimate.service.robot.localization import LOADING_SAMPLES, Localization
+from omnimate.service.robot.observer import LOADING_SAMPLES, Localization
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.sample import Sample
 

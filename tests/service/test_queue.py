@@ -1,14 +1,9 @@
 """The queue of diagnoses: each job is worked on by one service at a time, and ends."""
 
 import pytest
-from hypothesis import settings
-from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
 
-from omnimate.service.errors import NotFoundError, StateError, TooManyError
-from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
+from omnimate.service.errors import NotFoundError, TooManyError
 from omnimate.service.jobs.queue import (
-    ENDED_STATES,
     MAX_ATTEMPTS,
     MAX_UNFINISHED,
     Job,
@@ -16,13 +11,11 @@ from omnimate.service.jobs.queue import (
     cancel_job,
     claim_job,
     finish_job,
-    has_queued,
     job_of,
 )
 from omnimate.service.store.tables import DiagnosisRow, JobRow, RecordingRow, find_row
 
 SUCCESS = {"verdict": "agreement", "says": "fine", "result": "{}", "report": "<html>"}
-OUTCOMES = [SUCCESS, {"error": "too short"}, {"died": "its process ended with code -9"}, None]
 
 
 def recording():
@@ -118,81 +111,3 @@ def test_a_key_that_has_queued_too_much_is_refused_and_others_are_not(empty):
         cancel_job(find_row(db, DiagnosisRow, jobs[0]))
         db.flush()
         add_job(db, ["rec"], "one")
-
-
-class Queue(RuleBasedStateMachine):
-    """Two services on one queue, under any sequence of what can happen to its jobs."""
-
-    database = None
-
-    @initialize()
-    def begin(self):
-        with self.database.writing() as db:
-            db.query(JobRow).delete()
-        self.claimed = {}
-        self.ended = {}
-
-    @rule()
-    def add(self):
-        with self.database.writing() as db:
-            add_job(db, ["rec"], "local")
-
-    @rule(instance=st.sampled_from(["this", "another"]))
-    def claim(self, instance):
-        with self.database.writing() as db:
-            queued = has_queued(db)
-            job_id = claim_job(db, instance)
-        assert (job_id is not None) == queued
-        if job_id is not None:
-            assert job_id not in self.claimed
-            self.claimed[job_id] = instance
-
-    @rule(data=st.data(), outcome=st.sampled_from(OUTCOMES))
-    def finish(self, data, outcome):
-        if self.claimed:
-            job_id = data.draw(st.sampled_from(sorted(self.claimed)))
-            with self.database.writing() as db:
-                row = job_of(db, job_id, self.claimed.pop(job_id))
-                assert finish_job(row, outcome) == (outcome is SUCCESS)
-
-    @rule(data=st.data())
-    def cancel(self, data):
-        with self.database.reading() as db:
-            jobs = sorted(row.id for row in db.query(JobRow))
-        if jobs:
-            job_id = data.draw(st.sampled_from(jobs))
-            with self.database.writing() as db:
-                row = find_row(db, DiagnosisRow, job_id)
-                if row.state in ENDED_STATES:
-                    with pytest.raises(StateError, match="already"):
-                        cancel_job(row)
-                else:
-                    cancel_job(row)
-                    self.claimed.pop(job_id, None)
-
-    @rule(data=st.data())
-    def a_service_dies(self, data):
-        if self.claimed:
-            job_id = data.draw(st.sampled_from(sorted(self.claimed)))
-            with self.database.writing() as db:
-                find_row(db, DiagnosisRow, job_id).lease = 0.0
-            expire_sessions_and_requeue_jobs(self.database)
-            self.claimed.pop(job_id)
-
-    @invariant()
-    def every_job_is_consistent(self):
-        with self.database.reading() as db:
-            rows = list(db.query(JobRow))
-            views = [Job.of(row) for row in rows]
-        assert {view.id for view in views if view.state == "running"} == set(self.claimed)
-        for view in views:
-            assert view.attempts <= MAX_ATTEMPTS
-            assert (view.error is not None) == (view.state == "failed")
-            assert self.ended.setdefault(view.id, view.state) == view.state or view.id not in self.ended
-            if view.state not in ENDED_STATES:
-                del self.ended[view.id]
-
-
-def test_no_sequence_of_events_loses_a_job_or_gives_it_to_two_services(empty):
-    Queue.database = empty
-    run_state_machine_as_test(Queue, settings=settings(max_examples=15, stateful_step_count=15))

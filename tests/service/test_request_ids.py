@@ -9,9 +9,8 @@ import pytest
 from fastapi import FastAPI
 from fastapi.testclient import TestClient
 
-from omnimate.service.json_log import JsonLines
 from omnimate.service.problems import install
-from omnimate.service.request_ids import RequestIds
+from omnimate.service.request_log import JsonLines, RequestIds
 
 MADE = re.compile(r"[0-9a-f]{16}")
 

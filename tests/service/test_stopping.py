@@ -22,7 +22,7 @@ from omnimate.service.access import Caller
 from omnimate.service.calls import Call
 from omnimate.service.errors import ServiceError
 from omnimate.service.event_stream import EventStream
-from omnimate.service.robot import connection, localization, reservation, robot_thread
+from omnimate.service.robot import connection, observer, reservation, robot_thread
 from omnimate.service.robot.robot_thread import RobotThread
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.routes import robot as robot_routes
@@ -227,7 +227,7 @@ class Stopping(RuleBasedStateMachine):
     def begin(self, samples, at_reserve, before_begin):
         self.patch = pytest.MonkeyPatch()
         self.patch.setattr(connection.PacedClock, "due", lambda _clock: 0.0)
-        self.patch.setattr(localization, "LOADING_SAMPLES", -1)  # plain odometry only
+        self.patch.setattr(observer, "LOADING_SAMPLES", -1)  # plain odometry only
         self.patch.setattr(robot_thread, "ThreadPoolExecutor", LaterExecutor)
         self.patch.setattr(robot_thread._log, "disabled", True)
         self.patch.setattr(robot_thread, "RENEW_PERIOD", PATIENCE)

@@ -21,17 +21,16 @@ from hypothesis.stateful import (
 )
 from sqlalchemy import select
 
-from omnimate.service import calls
 from omnimate.service.access import LOCAL
 from omnimate.service.calls import Call
 from omnimate.service.errors import StateError
-from omnimate.service.jobs import housekeeping, queue
+from omnimate.service.jobs import queue
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.routes import diagnoses, umbmark_sessions
 from omnimate.service.store import tables, vehicles
 from omnimate.service.store.tables import AnswerRow, JobRow, RecordingRow, SampleRow, SessionRow, VehicleRow
 from omnimate.service.umbmark import samples, sessions
-from omnimate.service.umbmark.models import Coordinates, SampleOfFixes, SessionStart
+from omnimate.service.umbmark.models import Accept, Coordinates, SampleOfFixes, SessionStart
 from omnimate.vehicle.errors import OmnimateError
 
 LIFETIME = 100.0  # [s]
@@ -44,10 +43,10 @@ OUTCOMES = {
     "died": {"died": "its process ended with code -9"},
     "stopped": None,
 }
-TIMED = (calls, housekeeping, queue, samples, sessions, tables, umbmark_sessions)  # read the clock
+TIMED = (queue, samples, sessions, tables, umbmark_sessions)  # read the clock
 # The bounds themselves, what is within and beyond them, and a clock that is set back.
 JUMPS = st.sampled_from(
-    [1.0] * 6 + [sessions.LEASE, queue.LEASE] * 2 + [LIFETIME, housekeeping.ANSWERS_KEPT, -3600.0]
+    [1.0] * 6 + [sessions.LEASE, queue.LEASE] * 2 + [LIFETIME, queue.ANSWERS_KEPT, -3600.0]
 )
 
 
@@ -140,7 +139,7 @@ class Store(RuleBasedStateMachine):
 
     @rule()
     def a_service_keeps_house(self):
-        interrupted = housekeeping.expire_sessions_and_requeue_jobs(self.database)
+        interrupted = queue.expire_sessions_and_requeue_jobs(self.database)
         expected = []
         for number, session in self.sessions.items():
             drives = session["state"] == "driving"
@@ -153,7 +152,7 @@ class Store(RuleBasedStateMachine):
         for job in self.jobs.values():
             if job["state"] == "running" and lease_is_over(job["lease"], self.now, queue.LEASE):
                 self.given_back(job)
-        oldest = self.now - housekeeping.ANSWERS_KEPT
+        oldest = self.now - queue.ANSWERS_KEPT
         self.answers = {key: answer for key, answer in self.answers.items() if answer["created"] >= oldest}
 
     @precondition(lambda self: len(self.sessions) < 5)
@@ -231,7 +230,7 @@ class Store(RuleBasedStateMachine):
         allowed = self.is_in(session, "solved") and session["version"] == self.newest_version
 
         def route(number, call):
-            return umbmark_sessions.accept_result(number, call, "*", umbmark_sessions.Accept(force=True))
+            return umbmark_sessions.accept_result(number, call, "*", Accept(force=True))
 
         if self.send(instance, key, f"accept {number}", route, number, allowed=allowed) is not None:
             self.newest_version += 1
@@ -313,7 +312,7 @@ class Store(RuleBasedStateMachine):
             assert (row is not None) == is_owner
             if row is None:
                 return
-            queue.finish_job(row, OUTCOMES[outcome])
+            assert queue.finish_job(row, OUTCOMES[outcome]) == (outcome == "done")
         job["attempts"] -= outcome == "stopped"
         if outcome in {"done", "failed"}:
             job["state"] = outcome
@@ -336,6 +335,16 @@ class Store(RuleBasedStateMachine):
             jobs = {row.id: row for row in db.scalars(select(JobRow))}
             answers = {row.key: (row.body.encode(), row.created) for row in db.scalars(select(AnswerRow))}
             newest = vehicles.newest(db, "omnimate").version
+            counts = sessions.count_samples(db, stored)
+        for number, session in self.sessions.items():
+            directions = list(session["samples"].values())
+            assert (counts[number].cw, counts[number].ccw) == (
+                directions.count("cw"),
+                directions.count("ccw"),
+            )
+            is_open = self.is_in(session, *sessions.OPEN_STATES)
+            assert bool(sessions.possible_calls(stored[number], self.now)) == is_open
+        assert all((row.error is not None) == (row.state == "failed") for row in jobs.values())
         assert {
             number: (row.state, row.owner, row.lease, row.expires, row.result is not None)
             for number, row in stored.items()

@@ -9,8 +9,7 @@ import sqlalchemy
 from sqlalchemy.exc import OperationalError
 
 from omnimate.service.event_stream import EventStream
-from omnimate.service.jobs.housekeeping import expire_sessions_and_requeue_jobs
-from omnimate.service.jobs.queue import claim_job, queue_job
+from omnimate.service.jobs.queue import claim_job, expire_sessions_and_requeue_jobs, queue_job
 from omnimate.service.robot.connection import simulated_plant
 from omnimate.service.robot.robot_thread import RobotThread
 from omnimate.service.robot.session_reporter import SessionReporter

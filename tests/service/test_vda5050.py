@@ -12,7 +12,7 @@ import pytest
 
 from omnimate.driver.robot.events import Trouble
 from omnimate.driver.robot.report import DriverReport
-from omnimate.service.components import make_components
+from omnimate.service.components import Components
 from omnimate.service.robot.robot_server import RobotStatus
 from omnimate.service.settings import Settings
 from omnimate.service.vda5050.factsheet import REQUIRED, FactsheetError, load_factsheet
@@ -175,12 +175,12 @@ def test_an_action_that_is_not_known_fails_and_says_which_are():
 @pytest.mark.parametrize("url", ["http://host", "mqtt://", "mqtt://host:port"])
 def test_what_is_no_url_of_a_broker_is_refused(tmp_path, sheet, url):
     with pytest.raises(BrokerError, match="mqtt://"):
-        make_components(Settings(database=f"sqlite:///{tmp_path}/x.db", mqtt=url, factsheet=sheet))
+        Components(Settings(database=f"sqlite:///{tmp_path}/x.db", mqtt=url, factsheet=sheet))
 
 
 def test_a_broker_without_a_factsheet_is_refused(tmp_path):
     with pytest.raises(BrokerError, match="--factsheet"):
-        make_components(Settings(database=f"sqlite:///{tmp_path}/x.db", mqtt="mqtt://127.0.0.1"))
+        Components(Settings(database=f"sqlite:///{tmp_path}/x.db", mqtt="mqtt://127.0.0.1"))
 
 
 @pytest.fixture

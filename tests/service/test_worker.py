@@ -119,7 +119,7 @@ def test_a_job_that_cannot_start_fails_at_once_with_a_sentence(client, undiagnos
     def start(*_arguments):
         raise PermissionError("/srv/secret")
 
-    monkeypatch.setattr(client.components.worker._jobs, "start", start)
+    monkeypatch.setattr(client.components.worker, "start_job", start)
     job = ended([undiagnosed])
     assert (job["state"], job["attempts"]) == ("failed", 1)
     assert job["error"] == "the diagnosis could not start: PermissionError; the log of the service says more"
