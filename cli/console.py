@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from rich.text import Text
 
-out = Console(highlight=False, markup=False, emoji=False)
+out = Console(highlight=False, markup=False, emoji=False, soft_wrap=True)  # the terminal wraps lines
 err = Console(stderr=True, highlight=False, emoji=False)
 _problems: list[str] = []
 
@@ -25,8 +25,8 @@ class ProgressUpdate(Protocol):
 
 
 def say(line: str | Text) -> None:
-    """Print a line of results, which the terminal wraps."""
-    out.print(line, soft_wrap=True)
+    """Print a line of results."""
+    out.print(line)
 
 
 def note(line: str) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from omnimate.cli.console import out, progress_bar, report_problem, say, warn
+from omnimate.cli.console import progress_bar, report_problem, say, warn
 from omnimate.cli.errors import CallError
 from omnimate.cli.nodes import IDENTITY
 from omnimate.cli.options import AsJson, Bus, Timeout
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from omnimate.driver.scan.eds_folder import FittingFile
     from omnimate.driver.scan.node import NodeReading
     from omnimate.driver.scan.scan import Scan
-
-NARROW = 80  # characters of a screen on which all tables fit
 
 
 def scan(
@@ -104,13 +102,12 @@ def _write(found: Scan, bus: str, files: Mapping[int, FittingFile], path: Path) 
 
 def _show(found: Scan, files: Mapping[int, FittingFile]) -> None:
     say(_bus_in_words(found))
-    widest = max(NARROW, out.width)
     if not found.nodes:
         say("no node: check the power, the bit rate, and the terminating resistors")
     else:
         for table in (_nodes(found), _identities(found, files), _pdos(found)):
             if table.row_count:
-                show(table, widest)
+                show(table, folds=True)
     for identity in found.without_id:
         given = next((node for node, named in found.given.items() if named == identity), None)
         what = ", ".join(f"{name} {_hex(value)}" for name, value in zip(IDENTITY, identity, strict=True))

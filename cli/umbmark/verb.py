@@ -94,7 +94,7 @@ def umbmark(
     if export_as is not None:
         text = export(export_as, results, robot, wheel_width)
         print_advice(results, force=force)
-        out.print(text, end="", soft_wrap=True)
+        out.print(text, end="")
     else:
         report(results, e_s, vehicle_of(previous))
         for folder in bumps or ():
