@@ -87,9 +87,16 @@ def descriptions_of(vehicle: VehicleParameters, *, may_miss: bool = False) -> di
         EdsError: A file cannot be read.
     """
     files = {node: Path(path) for node, path in vehicle.eds_files.items()}
-    for path in [path for path in files.values() if may_miss and not path.is_file()]:
-        warn(f"{path}: not there; the PDOs of its node are decoded without it")
+    if may_miss:
+        warn_of_missing_eds(vehicle)
     return {node: described_by(path, node) for node, path in files.items() if path.is_file() or not may_miss}
+
+
+def warn_of_missing_eds(vehicle: VehicleParameters) -> None:
+    """Warn of each EDS or DCF file that a vehicle names and that is not there."""
+    for path in vehicle.eds_files.values():
+        if not Path(path).is_file():
+            warn(f"{path}: not there; the PDOs of its node are decoded without it")
 
 
 def vehicle_of(path: Path | None, source: Path | None = None) -> VehicleParameters | None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import err, out, say
-from omnimate.cli.descriptions import vehicle_of
+from omnimate.cli.descriptions import vehicle_of, warn_of_missing_eds
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of, read_drive, report_problems
 from omnimate.cli.options import LogSource, written_at_end
@@ -65,6 +65,7 @@ def replay(
     try:
         loaded = read_drive(source, robot, _show_log)
         recording = loaded.recording
+        warn_of_missing_eds(recording.vehicle)
         _show_pdos(loaded.assembly)
         paths = trajectories(recording)
     except RecordingError as error:
