@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+import typer
+
 from omnimate.cli.console import warn
 from omnimate.cli.errors import CallError
 from omnimate.files.logs.decoding import FrameDecoder
@@ -51,6 +53,7 @@ def descriptions(vehicle: VehicleParameters | None, dbc: Sequence[Path], eds: Se
 
     Raises:
         CallError: An EDS is not given as `NODE=FILE`.
+        BadParameter: An EDS is not there.
         EdsError: An EDS cannot be read.
         LogError: A DBC file cannot be read.
     """
@@ -116,4 +119,6 @@ def _described(text: str) -> tuple[int, Eds]:
     node, equals, path = text.partition("=")
     if not equals or not node.isdigit() or not 1 <= int(node) <= 127:
         raise CallError(f"--eds {text}: expected NODE=FILE, such as 5=encoder.eds")
+    if not Path(path).exists():
+        raise typer.BadParameter(f"--eds {text}: Path '{path}' does not exist.")
     return int(node), described_by(Path(path), int(node))

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 def diagnose(
     recordings: Annotated[
-        list[Path], typer.Argument(help="Recording folders of one robot: laps of one or several.")
+        list[Path],
+        typer.Argument(exists=True, help="Recording folders of one robot: laps of one or several."),
     ],
     json_out: Annotated[Path | None, written_at_end("File for the answer as JSON.", "--json")] = None,
     report: Annotated[Path | None, written_at_end("File for the report as HTML.")] = None,

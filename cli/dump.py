@@ -77,7 +77,10 @@ def dump(
         bool, typer.Option("--decode", help="Say behind each line what the frame means.")
     ] = False,
     vehicle: Annotated[
-        Path | None, typer.Option(help="vehicle.toml whose channels to name; a recording folder has its own.")
+        Path | None,
+        typer.Option(
+            exists=True, help="vehicle.toml whose channels to name; a recording folder has its own."
+        ),
     ] = None,
     dbc: DbcFiles = None,
     eds: EdsFiles = None,

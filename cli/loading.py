@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from omnimate.cli.console import report_problem, warn
-from omnimate.cli.errors import CallError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
@@ -64,14 +63,7 @@ def read_drive(
 
 
 def log_of(source: Path) -> Path:
-    """Return the path of a log: of a file, of standard input (`-`), or of the log in a recording folder.
-
-    Raises:
-        CallError: The URL of a bus was given.
-    """
-    if ":/" in str(source) and not source.exists():
-        url = str(source).replace(":/", "://", 1)
-        raise CallError(f"{url} is not a log; a bus is given as --bus {url}")
+    """Return the path of a log: of a file, of standard input (`-`), or of the log in a recording folder."""
     if not source.is_dir():
         return Path("/dev/stdin") if source == Path("-") else source
     from omnimate.files.recordings.folder import log_path

@@ -34,7 +34,8 @@ MAX_GAPS_SHOWN = 20
 def replay(
     source: LogSource,
     vehicle: Annotated[
-        Path | None, typer.Option(help="vehicle.toml to calculate with; a recording folder has its own.")
+        Path | None,
+        typer.Option(exists=True, help="vehicle.toml to calculate with; a recording folder has its own."),
     ] = None,
     bus: Annotated[str | None, typer.Option(help="Send the frames onto this bus instead.")] = None,
     pace: Annotated[

@@ -29,7 +29,12 @@ if TYPE_CHECKING:
 def scan(
     bus: Bus,
     eds: Annotated[
-        Path | None, typer.Option(help="Folder with EDS and DCF files, of which those that fit are named.")
+        Path | None,
+        typer.Option(
+            exists=True,
+            file_okay=False,
+            help="Folder with EDS and DCF files, of which those that fit are named.",
+        ),
     ] = None,
     write: Annotated[Path | None, typer.Option(help="vehicle.toml to draft; it must not exist yet.")] = None,
     wait: Annotated[
@@ -58,8 +63,6 @@ def scan(
         raise CallError("--assign gives node ids by LSS; add --lss")
     if write is not None and write.exists():
         raise CallError(f"{write}: exists already; name a new file, or remove it")
-    if eds is not None and not eds.is_dir():
-        raise CallError(f"--eds {eds}: expected a folder with EDS and DCF files")
     with open_bus(bus) as opened, progress_bar("reading nodes") as progress:
         found = look(
             opened, bus, wait=wait, timeout=timeout, asks_lss=lss, first_id=assign, force=force,

@@ -354,4 +354,4 @@ def test_a_file_without_a_frame_is_an_error_in_all_forms(tmp_path):
 
 def test_a_bus_that_is_given_as_a_log_is_told_how_it_is_given():
     result = run("socketcand://127.0.0.1:29536/can0")
-    assert "a bus is given as --bus socketcand://127.0.0.1:29536/can0" in str(result.exception)
+    assert "a bus is given as --bus socketcand://127.0.0.1:29536/can0" in result.stderr

@@ -94,7 +94,7 @@ def test_beside_another_master_the_words_say_so_and_lss_is_refused(omnimate, on_
     [
         (["--assign", 5], "add --lss"),
         (["--write", __file__], "exists already"),
-        (["--eds", __file__], "expected a folder"),
+        (["--eds", __file__], "is a file"),
     ],
 )
 def test_a_call_that_cannot_be_is_refused(omnimate, on_bench, arguments, words):
