@@ -81,9 +81,13 @@ def report_problems(log: LogBlocks | LogStream) -> None:
 
 
 def frames_on_bus(
-    url: str, seconds: float | None, progress: Callable[[int, int], None] = lambda _done, _total: None
+    url: str,
+    seconds: float | None,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    *,
+    fd: bool = False,
 ) -> Generator[Frame]:
-    """Yield the frames of a live bus until the time is up; warn of those that are not classical CAN.
+    """Yield the frames of a live bus until the time is up; CAN FD only with `fd`; warn of the others.
 
     `progress` is called with tenths of a second passed, and of how many; 0 without an end.
     """
@@ -95,7 +99,7 @@ def frames_on_bus(
         while (rest := POLL_PERIOD if seconds is None else start + seconds - time.monotonic()) > 0.0:
             message = bus.recv(min(POLL_PERIOD, rest))
             progress(int(10.0 * (time.monotonic() - start)), int(10.0 * (seconds or 0.0)))
-            frame = None if message is None else frame_of_message(message)
+            frame = None if message is None else frame_of_message(message, fd=fd)
             if isinstance(frame, str):
                 warn(f"a frame was left out: {frame}")
             elif frame is not None:

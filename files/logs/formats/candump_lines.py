@@ -25,7 +25,7 @@ STAMP_WIDTH = 17  # characters of the time that candump prints: ten digits, a po
 
 _DIRECTION = RECEIVED | SENT
 _LOG_DIRECTIONS = {RECEIVED: " R", SENT: " T"}
-_TA_DIRECTIONS = {RECEIVED: "  RX - -", SENT: "  TX - -"}
+_TA_DIRECTIONS = {RECEIVED: "  RX", SENT: "  TX"}
 _PARSED_DIRECTIONS = {b"R": RECEIVED, b"T": SENT, b"RX": RECEIVED, b"TX": SENT, None: 0}
 ERROR_BIT = 0x20000000  # CAN_ERR_FLAG of linux/can.h, printed as part of the identifier
 
@@ -58,7 +58,7 @@ def format_frame(
 ) -> str:
     """Return a frame as candump prints it, without the newline.
 
-    The form `ta` is of classical CAN only. `width` is that to which candump right-aligns the interface's
+    `width` is that to which candump right-aligns the interface's
     name, where it shows several; `indent` right-aligns 11-bit identifiers, as `-ta` does after a 29-bit one;
     the time has `stamp_width` characters, filled up with zeros.
     """
@@ -68,9 +68,10 @@ def format_frame(
     if form == "log":
         content = f"{_identifier(frame)}#{_payload(frame)}{_LOG_DIRECTIONS.get(frame.flags & _DIRECTION, '')}"
         return f"({frame.time:0{stamp_width}.6f}) {frame.channel.rjust(width)} {content}"
-    channel = frame.channel.rjust(width) + _TA_DIRECTIONS.get(frame.flags & _DIRECTION, "")
+    channel = frame.channel.rjust(width) + _ta_direction(frame.flags)
     identifier = f"{_identifier(frame):>8}" if indent else _identifier(frame)
-    content = f"{identifier}   [{frame.size}] {_long_payload(frame)}"
+    length = f" [{frame.size:02d}]" if frame.flags & FD else f"  [{frame.size}]"
+    content = f"{identifier} {length} {_long_payload(frame)}"
     return f" ({frame.time:0{stamp_width}.6f})  {channel}  {content}"
 
 
@@ -112,6 +113,14 @@ def _identifier(frame: Frame) -> str:
     if frame.flags & ERROR:
         return f"{frame.can_id | ERROR_BIT:08X}"
     return f"{frame.can_id:08X}" if frame.flags & EXTENDED else f"{frame.can_id:03X}"
+
+
+def _ta_direction(flags: int) -> str:
+    """Return who sent a frame, if the log says so, and how a CAN FD frame was sent."""
+    direction = _TA_DIRECTIONS.get(flags & _DIRECTION)
+    if direction is None:
+        return ""
+    return f"{direction} {'B' if flags & BRS else '-'} {'E' if flags & ESI else '-'}"
 
 
 def _payload(frame: Frame) -> str:
