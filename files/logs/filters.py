@@ -39,7 +39,7 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "error": ("error",),
     "foreign": ("foreign",),
 }
-_RULE = re.compile(r"(~?)([0-9A-Fa-f]+)(?:([-:])([0-9A-Fa-f]+))?")
+_RULE = re.compile(r"(~?)(?:0x)?([0-9A-Fa-f]+)h?(?:([-:])(?:0x)?([0-9A-Fa-f]+)h?)?")
 _GAP = re.compile(r"gap\s*[:=>]\s*(\d+(?:\.\d*)?)")
 _VALUE = re.compile(r"\s*([^<>=!]+?)\s*(<=|>=|==|!=|<|>|=)\s*(-?[\d.]+(?:[eE]-?\d+)?)\s*")
 _OPERATORS: Mapping[str, Callable[[NDArray[np.float64], float], Mask]] = {
@@ -74,7 +74,7 @@ class IdentifierRule:
     def of(cls, text: str) -> IdentifierRule:
         """Return the rule of `181`, `180-1FF`, `700:780` (identifier and mask), or `~080` (all others).
 
-        Identifiers are hexadecimal; those of more than three digits have 29 bits.
+        Identifiers are hexadecimal, also as `0x181` or `181h`; those of more than three digits have 29 bits.
 
         Raises:
             FilterError: The text is no such rule.
