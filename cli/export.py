@@ -9,6 +9,7 @@ import typer
 
 from omnimate.cli.console import note, out, progress_bar, report_problem, say, warn
 from omnimate.cli.descriptions import vehicle_of
+from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of, read_drive, report_problems
 from omnimate.cli.options import LogSource, check_out_file
 
@@ -44,7 +45,10 @@ def export(
     from omnimate.files.logs.streaming import LogStream
 
     suffix = suffix_of(to)  # names a missing extra before anything is computed
-    log = LogStream(log_of(source))
+    path = log_of(source)
+    if to.exists() and path.samefile(to):
+        raise CallError(f"{to}: is the log that is read; choose another file")
+    log = LogStream(path)
     try:
         with progress_bar("writing") as watch:
             if suffix in DRIVE_SUFFIXES and (source.is_dir() or vehicle is not None):
