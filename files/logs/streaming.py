@@ -32,6 +32,7 @@ HEAD_BYTES = 4096  # first bytes, from which the format is recognised
 MAX_SKIPPED_LINES = 1000  # skipped lines that are stored; further ones are only counted
 # Share of increasing relative times, below which they are intervals (half by chance).
 MIN_INCREASING_SHARE = 0.8
+_OTHER_PACKERS = {b"BZh": "bzip2", b"\xfd7zXZ": "xz", b"\x28\xb5\x2f\xfd": "zstd", b"PK\3\4": "zip"}
 REPORT_EVERY = 2000  # frames between two reports of progress
 
 
@@ -67,7 +68,13 @@ class LogReader:
         """
         try:
             content = BlockReader(self.source)
-            yield content, foreign_format_of(content.head(HEAD_BYTES))
+            head = content.head(HEAD_BYTES)
+            for signature, name in _OTHER_PACKERS.items():
+                if head.startswith(signature):
+                    raise LogError(
+                        self.source, None, f"packed by {name}; expected a log, or one packed by gzip"
+                    )
+            yield content, foreign_format_of(head)
         except OSError as error:
             raise LogError(self.source, None, f"cannot be read: {error.strerror or error}") from error
         if not self.frames:

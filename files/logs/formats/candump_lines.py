@@ -4,12 +4,13 @@
 `candump -ta` prints, ` (1700000000.000250)  can0  181   [8]  00 10 00 00 00 20 00 00`, its leading
 space included. With `-x` both say whether a frame was received or sent. Also read is the plain form
 `1700000000.000250 can0 181 [8] 00 10 00 00 00 20 00 00` of other recorders, with or without the length, with
-or without spaces between the bytes.
+or without spaces between the bytes. Times may be dates, as of `candump -tA`, in this computer's time zone.
 """
 
 from __future__ import annotations
 
 import re
+from datetime import datetime
 from typing import TYPE_CHECKING, Literal
 
 from omnimate.files.logs.frames import BRS, ERROR, ESI, EXTENDED, FD, RECEIVED, REMOTE, SENT, Frame
@@ -39,6 +40,7 @@ _PLAIN_LINE = re.compile(
     rb"((?:\s+(?:[0-9A-Fa-f]{2})+)*)\s*"
 )
 STAMP = re.compile(rb"\((\d{1,10}\.\d{6})\)(  )?")  # the screen's two spaces behind it
+_DATE = re.compile(rb"\s*\((\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d{6})\)")
 _REMOTE_TAIL = re.compile(rb"[Rr]([0-8])?")
 _DATA_TAIL = re.compile(rb"((?:[0-9A-Fa-f]{2}\.?)*)(?:_[9A-Fa-f])?")
 _FD_TAIL = re.compile(rb"#([0-9A-Fa-f])((?:[0-9A-Fa-f]{2}\.?)*)")
@@ -91,6 +93,7 @@ def format_lines(
 
 def parse_line(line: bytes) -> Frame | str:
     """Return the frame of a line in any of the forms, or the reason why it holds none."""
+    line = _with_seconds(line)
     if match := LOG_LINE.fullmatch(line):
         stamp, channel, identifier, tail, direction = match.groups()
         return _frame(stamp, channel, identifier, _content(tail), _PARSED_DIRECTIONS[direction])
@@ -107,6 +110,16 @@ def parse_line(line: bytes) -> Frame | str:
     if _NO_TIME.fullmatch(line):
         return "no time in it; record with `candump -L` or `candump -ta`"
     return "expected `(seconds) interface ID#DATA`, as `candump -L` prints"
+
+
+def _with_seconds(line: bytes) -> bytes:
+    """Return a line whose time is a date with its seconds since 1970, and any other as it is."""
+    date = _DATE.match(line)
+    try:
+        seconds = 0.0 if date is None else datetime.fromisoformat(date[1].decode()).timestamp()
+    except (ValueError, OverflowError):
+        return line
+    return line if date is None else b"(%.6f)%s" % (seconds, line[date.end() :])
 
 
 def _identifier(frame: Frame) -> str:
