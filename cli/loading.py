@@ -87,17 +87,24 @@ def frames_on_bus(
     *,
     fd: bool = False,
 ) -> Generator[Frame]:
-    """Yield the frames of a live bus until the time is up; CAN FD only with `fd`; warn of the others.
+    """Yield the frames of a live bus until the time is up or the interface fails, which is reported.
+
+    CAN FD only with `fd`; the others are warned of.
 
     `progress` is called with tenths of a second passed, and of how many; 0 without an end.
     """
-    from omnimate.driver.bus.bus import open_bus
+    from omnimate.driver.bus.bus import open_bus, receive
+    from omnimate.driver.errors import BusLost
     from omnimate.files.logs.formats.python_can_logs import frame_of_message
 
     start = time.monotonic()
     with open_bus(url) as bus:
         while (rest := POLL_PERIOD if seconds is None else start + seconds - time.monotonic()) > 0.0:
-            message = bus.recv(min(POLL_PERIOD, rest))
+            try:
+                message = receive(bus, min(POLL_PERIOD, rest))
+            except BusLost as lost:
+                report_problem(f"{url}: {lost}")
+                return
             progress(int(10.0 * (time.monotonic() - start)), int(10.0 * (seconds or 0.0)))
             frame = None if message is None else frame_of_message(message, fd=fd)
             if isinstance(frame, str):

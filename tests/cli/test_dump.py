@@ -273,6 +273,16 @@ def test_can_fd_is_shown_in_the_long_form_in_words_and_with_its_own_rate(log):
     assert run(log, "--kind", "pdo").stdout == FD_LOG.splitlines(keepends=True)[0]
 
 
+def fail():
+    raise can.CanOperationError("the cable is out")
+
+
+def test_a_bus_that_is_lost_ends_the_dump_with_a_sentence(live):
+    result = live(then=fail)
+    assert result.stdout == LIVE
+    assert "virtual://test: the bus interface failed: the cable is out" in result.stderr
+
+
 def test_can_fd_of_a_live_bus_is_printed(live):
     fd = can.Message(1.7e9, 1, is_extended_id=False, is_fd=True, data=range(12), channel="can0")
     result = live("--count", 4, messages=[fd, *MESSAGES])
