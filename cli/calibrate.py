@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import out, say, warn
+from omnimate.cli.errors import CallError
 from omnimate.cli.options import OneTruck, OutFile, Profile, written_at_end
 from omnimate.cli.robots import write_profile, write_vehicle
 from omnimate.cli.tables import new_table, show
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from omnimate.calib.paths.least_squares import PathCalibration, Quantity
     from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.recording import Recording
+    from omnimate.vehicle.se2 import Array
 
 _SCREEN = {"1": ("%", 1e2), "rad": ("deg", math.degrees(1.0)), "m": ("mm", 1e3), "s": ("ms", 1e3)}
 _MAX_LISTED = 5  # fixes that are listed one by one
@@ -74,7 +76,10 @@ def calibrate(
     if not linkage:
         _warn_of_frozen(recordings)
     fits: dict[TruckName, PathCalibration] = {}
-    for name in _trucks(recordings, truck, linkage=linkage):
+    names = _trucks(recordings, truck, linkage=linkage)
+    if plot is not None and not names:
+        raise CallError("--plot draws calibrated trucks, and no truck has two absolute poses; leave it out")
+    for name in names:
         fit = fits[name] = calibrate_truck(
             recordings,
             name,
@@ -155,18 +160,24 @@ def print_estimate(title: str, quantities: tuple[Quantity, ...], estimate: Estim
 
 
 def _draw(recording: Recording, calibrations: dict[TruckName, PathCalibration], path: Path) -> None:
-    """Draw the first drive of the first truck, from its first pose."""
+    """Draw the first drive of each truck, from its first pose."""
+    import numpy as np
+
     from omnimate.calib.paths.drives import drives_of
     from omnimate.calib.paths.kinematics import Differential
     from omnimate.calib.paths.reference import dead_reckoned
     from omnimate.figures.floor_plan import Track, plot_floor_plan
 
-    name, calibration = next(iter(calibrations.items()))
-    drive = drives_of([recording], name)[0]
-    before = dead_reckoned(drive, Differential(recording.vehicle.trucks[name]))
-    after = dead_reckoned(drive, calibration.kinematics)
-    tracks = [Track("odometry before", before), Track("odometry calibrated", after, dashed=True)]
-    plot_floor_plan(tracks, path, title=f"truck {name}", fixes=drive.pose)
+    tracks: list[Track] = []
+    fixes: list[Array] = []
+    for name, calibration in calibrations.items():
+        drive = drives_of([recording], name)[0]
+        before = dead_reckoned(drive, Differential(recording.vehicle.trucks[name]))
+        after = dead_reckoned(drive, calibration.kinematics)
+        tracks.append(Track(f"truck {name}, odometry before", before))
+        tracks.append(Track(f"truck {name}, calibrated", after, dashed=True))
+        fixes.append(drive.pose)
+    plot_floor_plan(tracks, path, title=recording.vehicle.name, fixes=np.vstack(fixes))
     say(f"figure: {path}")
 
 

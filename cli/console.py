@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Protocol
 
@@ -12,8 +13,9 @@ if TYPE_CHECKING:
 
     from rich.text import Text
 
-out = Console(highlight=False, markup=False, emoji=False)
+out = Console(highlight=False, markup=False, emoji=False, soft_wrap=True)  # the terminal wraps lines
 err = Console(stderr=True, highlight=False, emoji=False)
+PROGRESS_PERIOD = 10.0  # [s] between two lines of progress where there is no terminal
 _problems: list[str] = []
 
 
@@ -25,8 +27,8 @@ class ProgressUpdate(Protocol):
 
 
 def say(line: str | Text) -> None:
-    """Print a line of results, which the terminal wraps."""
-    out.print(line, soft_wrap=True)
+    """Print a line of results."""
+    out.print(line)
 
 
 def note(line: str) -> None:
@@ -61,11 +63,27 @@ def take_problems() -> list[str]:
 
 @contextmanager
 def progress_bar(doing: str) -> Iterator[ProgressUpdate]:
-    """Show a progress bar, and give the function that updates it."""
+    """Show a progress bar, or a line now and then where there is no terminal; give what updates it."""
     from rich.progress import Progress
 
-    with Progress(console=err, transient=True, disable=not err.is_terminal) as progress:
+    if not err.is_terminal:
+        yield _progress_lines(doing)
+        return
+    with Progress(console=err, transient=True) as progress:
         task = progress.add_task(doing, total=None)
         yield lambda done, total, doing=None: progress.update(
             task, completed=done, total=total or None, description=doing
         )
+
+
+def _progress_lines(doing: str) -> ProgressUpdate:
+    """Return what prints a line of progress on stderr, at most every `PROGRESS_PERIOD`."""
+    due = time.monotonic() + PROGRESS_PERIOD
+
+    def update(done: float, total: float, what: str | None = None, /) -> None:
+        nonlocal due
+        if time.monotonic() >= due:
+            due = time.monotonic() + PROGRESS_PERIOD
+            note(f"{what or doing}: {done / total:.0%}" if total else f"{what or doing} ...")
+
+    return update

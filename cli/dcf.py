@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from omnimate.driver.canopen.eds import Eds
     from omnimate.driver.canopen.sdo import Sdo
 
-File = Annotated[Path, typer.Argument(metavar="DCF", help="Device configuration file (CiA 306).")]
+File = Annotated[
+    Path, typer.Argument(metavar="DCF", exists=True, help="Device configuration file (CiA 306).")
+]
 
 dcf = typer.Typer(
     no_args_is_help=True, help="Compare a device with the values that a DCF states, or write them to it."

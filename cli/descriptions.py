@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+import typer
+
 from omnimate.cli.console import warn
 from omnimate.cli.errors import CallError
 from omnimate.files.logs.decoding import FrameDecoder
@@ -51,6 +53,7 @@ def descriptions(vehicle: VehicleParameters | None, dbc: Sequence[Path], eds: Se
 
     Raises:
         CallError: An EDS is not given as `NODE=FILE`.
+        BadParameter: An EDS is not there.
         EdsError: An EDS cannot be read.
         LogError: A DBC file cannot be read.
     """
@@ -87,9 +90,16 @@ def descriptions_of(vehicle: VehicleParameters, *, may_miss: bool = False) -> di
         EdsError: A file cannot be read.
     """
     files = {node: Path(path) for node, path in vehicle.eds_files.items()}
-    for path in [path for path in files.values() if may_miss and not path.is_file()]:
-        warn(f"{path}: not there; the PDOs of its node are decoded without it")
+    if may_miss:
+        warn_of_missing_eds(vehicle)
     return {node: described_by(path, node) for node, path in files.items() if path.is_file() or not may_miss}
+
+
+def warn_of_missing_eds(vehicle: VehicleParameters) -> None:
+    """Warn of each EDS or DCF file that a vehicle names and that is not there."""
+    for path in vehicle.eds_files.values():
+        if not Path(path).is_file():
+            warn(f"{path}: not there; the PDOs of its node are decoded without it")
 
 
 def vehicle_of(path: Path | None, source: Path | None = None) -> VehicleParameters | None:
@@ -109,4 +119,6 @@ def _described(text: str) -> tuple[int, Eds]:
     node, equals, path = text.partition("=")
     if not equals or not node.isdigit() or not 1 <= int(node) <= 127:
         raise CallError(f"--eds {text}: expected NODE=FILE, such as 5=encoder.eds")
+    if not Path(path).exists():
+        raise typer.BadParameter(f"--eds {text}: Path '{path}' does not exist.")
     return int(node), described_by(Path(path), int(node))

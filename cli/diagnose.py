@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 def diagnose(
     recordings: Annotated[
-        list[Path], typer.Argument(help="Recording folders of one robot: laps of one or several.")
+        list[Path],
+        typer.Argument(exists=True, help="Recording folders of one robot: laps of one or several."),
     ],
     json_out: Annotated[Path | None, written_at_end("File for the answer as JSON.", "--json")] = None,
     report: Annotated[Path | None, written_at_end("File for the report as HTML.")] = None,
@@ -81,7 +82,7 @@ def _triage(recordings: Sequence[Recording], json_out: Path | None) -> None:
     answer = ask(recordings)
     if json_out is not None:
         _write_json(json_out, answer.as_json())
-    out.print(f"{answer.verdict}: {answer.says}", style="bold", soft_wrap=True)
+    out.print(f"{answer.verdict}: {answer.says}", style="bold")
 
 
 def _write_json(path: Path, content: object) -> None:
@@ -145,7 +146,7 @@ def _each(folders: Sequence[Path], jobs: int, *, triage: bool) -> None:
 
 def _show(diagnosis: Diagnosis) -> None:
     """Print the diagnosis."""
-    out.print(f"{diagnosis.verdict}: {diagnosis.says}", style="bold", soft_wrap=True)
+    out.print(f"{diagnosis.verdict}: {diagnosis.says}", style="bold")
     for finding in diagnosis.findings:
         out.print()
         say(f"{finding.probability:5.0%}  {finding.effect} on {finding.component}: {finding.says}")

@@ -36,7 +36,7 @@ def show_configuration(report: ConfigurationReport, *, verbose: bool = False) ->
         for number, (kind, line) in enumerate(lines):
             first = (str(node.node), ", ".join(node.names)) if number == 0 else ("", "")
             table.add_row(*first, kind, line)
-    out.print(table)
+    show(table, folds=True)
 
 
 def show_report(report: DriverReport) -> None:

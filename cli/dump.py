@@ -77,7 +77,10 @@ def dump(
         bool, typer.Option("--decode", help="Say behind each line what the frame means.")
     ] = False,
     vehicle: Annotated[
-        Path | None, typer.Option(help="vehicle.toml whose channels to name; a recording folder has its own.")
+        Path | None,
+        typer.Option(
+            exists=True, help="vehicle.toml whose channels to name; a recording folder has its own."
+        ),
     ] = None,
     dbc: DbcFiles = None,
     eds: EdsFiles = None,
@@ -138,11 +141,11 @@ def _dump_log(
     seen: dict[tuple[int, int, int], int] = {}
     is_described = known.vehicle is not None and not known.vehicle.eds_files
     if (decode or triggers) and not is_described and not path.is_fifo():
-        for frames in LogBlocks(path):
+        for frames in LogBlocks(path, fd=True):
             seen.update(seen_objects(frames))
     decoder = known.decoder(seen)
     near = _triggered(path, triggers, decoder) if triggers else None
-    log = LogBlocks(path)
+    log = LogBlocks(path, fd=True)
     chosen = _chosen(log, wanted, count, near, margin)
     _show(chosen, form, log, decoder, decode=decode, rates=rates)
     for problem in log.problems():
@@ -178,7 +181,7 @@ def _triggered(path: Path, triggers: Sequence[str], decoder: FrameDecoder) -> ND
         (trigger_of(text, decoder.signals), []) for text in triggers
     ]
     start: float | None = None
-    for frames in LogBlocks(path):
+    for frames in LogBlocks(path, fd=True):
         start = float(frames.time[0]) if start is None else start
         for trigger, times in found:
             times.append(frames.time[trigger.rows(frames)])
@@ -273,6 +276,6 @@ def _write(lines: Iterator[str]) -> None:
 def _blocks_on_bus(url: str, seconds: float | None) -> Iterator[Frames]:
     """Yield each frame of a bus as it comes; SIGTERM ends it as Ctrl-C does."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    with contextlib.closing(frames_on_bus(url, seconds)) as frames:
+    with contextlib.closing(frames_on_bus(url, seconds, fd=True)) as frames:
         for frame in frames:
             yield frames_of([frame])

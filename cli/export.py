@@ -9,8 +9,9 @@ import typer
 
 from omnimate.cli.console import note, out, progress_bar, report_problem, say, warn
 from omnimate.cli.descriptions import vehicle_of
+from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of, read_drive, report_problems
-from omnimate.cli.options import check_out_file
+from omnimate.cli.options import LogSource, check_out_file
 
 if TYPE_CHECKING:
     from omnimate.files.exporters.drive import Drive
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def export(
-    source: Annotated[Path, typer.Argument(help="Recording folder, or a log of any format.", exists=True)],
+    source: LogSource,
     to: Annotated[
         Path,
         typer.Argument(
@@ -29,7 +30,10 @@ def export(
     ],
     vehicle: Annotated[
         Path | None,
-        typer.Option(help="vehicle.toml: a log's odometry is computed too; a recording folder has its own."),
+        typer.Option(
+            exists=True,
+            help="vehicle.toml: a log's odometry is computed too; a recording folder has its own.",
+        ),
     ] = None,
     frames: Annotated[
         bool, typer.Option("--frames", help="Write a drive's CAN frames too (.mcap, .parquet, a bag).")
@@ -41,7 +45,10 @@ def export(
     from omnimate.files.logs.streaming import LogStream
 
     suffix = suffix_of(to)  # names a missing extra before anything is computed
-    log = LogStream(log_of(source))
+    path = log_of(source)
+    if to.exists() and path.samefile(to):
+        raise CallError(f"{to}: is the log that is read; choose another file")
+    log = LogStream(path)
     try:
         with progress_bar("writing") as watch:
             if suffix in DRIVE_SUFFIXES and (source.is_dir() or vehicle is not None):
@@ -54,7 +61,7 @@ def export(
 
 
 def dbc(
-    vehicle: Annotated[Path, typer.Argument(help="vehicle.toml of the robot.")],
+    vehicle: Annotated[Path, typer.Argument(exists=True, help="vehicle.toml of the robot.")],
     out_file: Annotated[
         Path, typer.Argument(metavar="OUT.dbc", callback=check_out_file, help="DBC file to write.")
     ],

@@ -26,16 +26,21 @@ app = typer.Typer(
 )
 
 Out = Annotated[Path, typer.Argument(help="Recording folder to write.")]
-Vehicle = Annotated[Path | None, typer.Option(help="vehicle.toml of the robot; else the mapping's own.")]
+Vehicle = Annotated[
+    Path | None, typer.Option(exists=True, help="vehicle.toml of the robot; else the mapping's own.")
+]
 
 
 @app.command()
 def log(
     source: Annotated[
-        Path, typer.Argument(help="Log: candump, .asc, .blf, .trc, .pcap, .pcapng, .mf4, python-can's .csv.")
+        Path,
+        typer.Argument(
+            exists=True, help="Log: candump, .asc, .blf, .trc, .pcap, .pcapng, .mf4, python-can's .csv."
+        ),
     ],
     to: Out,
-    vehicle: Annotated[Path, typer.Option(help="vehicle.toml of the robot whose bus it is.")],
+    vehicle: Annotated[Path, typer.Option(exists=True, help="vehicle.toml of the robot whose bus it is.")],
 ) -> None:
     """Take the frames of a bus log of any format, and a vehicle.toml."""
     from omnimate.files.importers.bus_log import import_log
@@ -56,10 +61,11 @@ def log(
 
 @app.command()
 def csv(
-    source: Annotated[Path, typer.Argument(help="CSV file of times, counts and poses.")],
+    source: Annotated[Path, typer.Argument(exists=True, help="CSV file of times, counts and poses.")],
     to: Out,
     mapping: Annotated[
-        Path, typer.Option(help="TOML file that says which column is what: docs/how-to/csv-file.md.")
+        Path,
+        typer.Option(exists=True, help="TOML file that says which column is what: docs/how-to/csv-file.md."),
     ],
     vehicle: Vehicle = None,
 ) -> None:
@@ -76,9 +82,11 @@ def csv(
 
 @app.command()
 def rosbag(
-    source: Annotated[Path, typer.Argument(help="A ROS 1 bag, a ROS 2 bag, or an MCAP file.")],
+    source: Annotated[Path, typer.Argument(exists=True, help="A ROS 1 bag, a ROS 2 bag, or an MCAP file.")],
     to: Annotated[Path | None, typer.Argument(help="Recording folder to write.")] = None,
-    mapping: Annotated[Path | None, typer.Option(help="TOML file: topics of channels and poses.")] = None,
+    mapping: Annotated[
+        Path | None, typer.Option(exists=True, help="TOML file: topics of channels and poses.")
+    ] = None,
     channel: Annotated[
         list[str] | None, typer.Option(help="CHANNEL=TOPIC[:JOINT or FIELD[:UNIT]], once for each channel.")
     ] = None,

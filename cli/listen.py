@@ -12,7 +12,7 @@ import typer
 from omnimate.cli.console import progress_bar, say, warn
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import frames_on_bus, log_of, report_problems
-from omnimate.cli.options import OptionalLogSource
+from omnimate.cli.options import OptionalLogSource, existing_log
 from omnimate.files.logs.frames import Frames, frames_of
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def listen(
     source: OptionalLogSource = None,
     bus: Annotated[str | None, typer.Option(help="Listen to this bus, such as socketcan://can0.")] = None,
-    log: Annotated[Path | None, typer.Option(hidden=True)] = None,
+    log: Annotated[Path | None, typer.Option(hidden=True, parser=existing_log)] = None,
     seconds: Annotated[
         float, typer.Option(help="How long to listen [s]; Ctrl-C ends it earlier.", min=1.0)
     ] = 60.0,

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from omnimate.cli.console import report_problem, warn
-from omnimate.cli.errors import CallError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
@@ -64,14 +63,7 @@ def read_drive(
 
 
 def log_of(source: Path) -> Path:
-    """Return the path of a log: of a file, of standard input (`-`), or of the log in a recording folder.
-
-    Raises:
-        CallError: The URL of a bus was given.
-    """
-    if ":/" in str(source) and not source.exists():
-        url = str(source).replace(":/", "://", 1)
-        raise CallError(f"{url} is not a log; a bus is given as --bus {url}")
+    """Return the path of a log: of a file, of standard input (`-`), or of the log in a recording folder."""
     if not source.is_dir():
         return Path("/dev/stdin") if source == Path("-") else source
     from omnimate.files.recordings.folder import log_path
@@ -89,21 +81,32 @@ def report_problems(log: LogBlocks | LogStream) -> None:
 
 
 def frames_on_bus(
-    url: str, seconds: float | None, progress: Callable[[int, int], None] = lambda _done, _total: None
+    url: str,
+    seconds: float | None,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    *,
+    fd: bool = False,
 ) -> Generator[Frame]:
-    """Yield the frames of a live bus until the time is up; warn of those that are not classical CAN.
+    """Yield the frames of a live bus until the time is up or the interface fails, which is reported.
+
+    CAN FD only with `fd`; the others are warned of.
 
     `progress` is called with tenths of a second passed, and of how many; 0 without an end.
     """
-    from omnimate.driver.bus.bus import open_bus
+    from omnimate.driver.bus.bus import open_bus, receive
+    from omnimate.driver.errors import BusLost
     from omnimate.files.logs.formats.python_can_logs import frame_of_message
 
     start = time.monotonic()
     with open_bus(url) as bus:
         while (rest := POLL_PERIOD if seconds is None else start + seconds - time.monotonic()) > 0.0:
-            message = bus.recv(min(POLL_PERIOD, rest))
+            try:
+                message = receive(bus, min(POLL_PERIOD, rest))
+            except BusLost as lost:
+                report_problem(f"{url}: {lost}")
+                return
             progress(int(10.0 * (time.monotonic() - start)), int(10.0 * (seconds or 0.0)))
-            frame = None if message is None else frame_of_message(message)
+            frame = None if message is None else frame_of_message(message, fd=fd)
             if isinstance(frame, str):
                 warn(f"a frame was left out: {frame}")
             elif frame is not None:

@@ -24,6 +24,15 @@ def check_out_file(path: Path | None) -> Path | None:
     return path
 
 
+def existing_log(text: str) -> Path:
+    """Return the path of a log or of a recording folder, or `-` for standard input."""
+    path = Path(text)
+    if text != "-" and not path.exists():
+        is_bus = f"; a bus is given as --bus {text}" if "://" in text else ""
+        raise typer.BadParameter(f"Path '{text}' does not exist{is_bus}.")
+    return path
+
+
 def written_at_end(help_text: str, *names: str) -> OptionInfo:
     """Return the option of a file that a verb writes at its end."""
     option: OptionInfo = typer.Option(*names, callback=check_out_file, help=help_text)
@@ -47,29 +56,36 @@ OneTruck = Annotated[
 # A device on a bus.
 Bus = Annotated[str, typer.Option(help="Bus of the device, such as socketcan://can0.")]
 Node = Annotated[int, typer.Option(min=1, max=127, help="Its node id.")]
-Eds = Annotated[Path | None, typer.Option(help="EDS or DCF of the device, for names and types.")]
+Eds = Annotated[Path | None, typer.Option(exists=True, help="EDS or DCF of the device, for names and types.")]
 Timeout = Annotated[float, typer.Option(min=0.01, help="Time in which it answers [s].")]
 Force = Annotated[bool, typer.Option("--force", help="Go on although another master sends SYNC.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 # A log, or a recording folder with one.
 LogSource = Annotated[
-    Path, typer.Argument(metavar="LOG", help="Log of any format, recording folder, or - for a pipe.")
+    Path,
+    typer.Argument(
+        metavar="LOG", parser=existing_log, help="Log of any format, recording folder, or - for a pipe."
+    ),
 ]
 OptionalLogSource = Annotated[
     Path | None,
-    typer.Argument(metavar="[LOG]", help="Log of any format, recording folder, or - for a pipe."),
+    typer.Argument(
+        metavar="[LOG]", parser=existing_log, help="Log of any format, recording folder, or - for a pipe."
+    ),
 ]
 
 # What frames mean.
-DbcFiles = Annotated[list[Path] | None, typer.Option(help="DBC file whose signals to name; repeatable.")]
+DbcFiles = Annotated[
+    list[Path] | None, typer.Option(exists=True, help="DBC file whose signals to name; repeatable.")
+]
 EdsFiles = Annotated[
     list[str] | None, typer.Option(help="NODE=FILE: EDS or DCF whose objects to name; repeatable.")
 ]
 
 # A robot on a bus.
 VehicleFile = Annotated[
-    Path | None, typer.Option(help="vehicle.toml of the robot; else the reference robot.")
+    Path | None, typer.Option(exists=True, help="vehicle.toml of the robot; else the reference robot.")
 ]
 ListenOnly = Annotated[
     bool, typer.Option("--listen-only", help="Send nothing; another device must produce SYNC.")
@@ -78,7 +94,9 @@ ListenOnly = Annotated[
 # A simulated drive.
 TrueVehicle = Annotated[
     Path | None,
-    typer.Option(help="vehicle.toml of the robot as it truly is; else with the errors of U Fig. 11."),
+    typer.Option(
+        exists=True, help="vehicle.toml of the robot as it truly is; else with the errors of U Fig. 11."
+    ),
 ]
 Side = Annotated[
     float,
@@ -93,7 +111,7 @@ Bumps = Annotated[
     typer.Option(help="Bump on the floor, such as wheel=a.right,after=3,height=0.01; may be repeated."),
 ]
 Effects = Annotated[
-    Path | None, typer.Option(help="Effects file: physics that the nominal robot leaves out.")
+    Path | None, typer.Option(exists=True, help="Effects file: physics that the nominal robot leaves out.")
 ]
 Seed = Annotated[
     int, typer.Option(help="Seed of the floor, the sonar and the counters.", min=0, max=2**32 - 1)

@@ -17,7 +17,9 @@ app = typer.Typer(
 
 
 @app.command("list")
-def list_profiles(file: Annotated[Path, typer.Argument(help="File that --profile wrote.")]) -> None:
+def list_profiles(
+    file: Annotated[Path, typer.Argument(exists=True, help="File that --profile wrote.")],
+) -> None:
     """Print the profiles of a file."""
     from omnimate.calib.profiles import load_profiles
     from omnimate.cli.tables import new_table, show
@@ -32,9 +34,9 @@ def list_profiles(file: Annotated[Path, typer.Argument(help="File that --profile
 
 @app.command("apply")
 def apply_profile(
-    file: Annotated[Path, typer.Argument(help="File that --profile wrote.")],
+    file: Annotated[Path, typer.Argument(exists=True, help="File that --profile wrote.")],
     name: Annotated[str, typer.Argument(help="Name of the profile.")],
-    vehicle: Annotated[Path, typer.Option(help="vehicle.toml of the robot.")],
+    vehicle: Annotated[Path, typer.Option(exists=True, help="vehicle.toml of the robot.")],
     out_file: Annotated[
         Path,
         written_at_end("Write the vehicle.toml with this profile here.", "--out"),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from omnimate.cli.console import err, out, say
-from omnimate.cli.descriptions import vehicle_of
+from omnimate.cli.descriptions import vehicle_of, warn_of_missing_eds
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of, read_drive, report_problems
 from omnimate.cli.options import LogSource, written_at_end
@@ -34,7 +34,8 @@ MAX_GAPS_SHOWN = 20
 def replay(
     source: LogSource,
     vehicle: Annotated[
-        Path | None, typer.Option(help="vehicle.toml to calculate with; a recording folder has its own.")
+        Path | None,
+        typer.Option(exists=True, help="vehicle.toml to calculate with; a recording folder has its own."),
     ] = None,
     bus: Annotated[str | None, typer.Option(help="Send the frames onto this bus instead.")] = None,
     pace: Annotated[
@@ -65,6 +66,7 @@ def replay(
     try:
         loaded = read_drive(source, robot, _show_log)
         recording = loaded.recording
+        warn_of_missing_eds(recording.vehicle)
         _show_pdos(loaded.assembly)
         paths = trajectories(recording)
     except RecordingError as error:

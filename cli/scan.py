@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from omnimate.cli.console import out, progress_bar, report_problem, say, warn
+from omnimate.cli.console import progress_bar, report_problem, say, warn
 from omnimate.cli.errors import CallError
 from omnimate.cli.nodes import IDENTITY
 from omnimate.cli.options import AsJson, Bus, Timeout
@@ -25,13 +25,16 @@ if TYPE_CHECKING:
     from omnimate.driver.scan.node import NodeReading
     from omnimate.driver.scan.scan import Scan
 
-NARROW = 80  # characters of a screen on which all tables fit
-
 
 def scan(
     bus: Bus,
     eds: Annotated[
-        Path | None, typer.Option(help="Folder with EDS and DCF files, of which those that fit are named.")
+        Path | None,
+        typer.Option(
+            exists=True,
+            file_okay=False,
+            help="Folder with EDS and DCF files, of which those that fit are named.",
+        ),
     ] = None,
     write: Annotated[Path | None, typer.Option(help="vehicle.toml to draft; it must not exist yet.")] = None,
     wait: Annotated[
@@ -60,8 +63,6 @@ def scan(
         raise CallError("--assign gives node ids by LSS; add --lss")
     if write is not None and write.exists():
         raise CallError(f"{write}: exists already; name a new file, or remove it")
-    if eds is not None and not eds.is_dir():
-        raise CallError(f"--eds {eds}: expected a folder with EDS and DCF files")
     with open_bus(bus) as opened, progress_bar("reading nodes") as progress:
         found = look(
             opened, bus, wait=wait, timeout=timeout, asks_lss=lss, first_id=assign, force=force,
@@ -104,13 +105,12 @@ def _write(found: Scan, bus: str, files: Mapping[int, FittingFile], path: Path) 
 
 def _show(found: Scan, files: Mapping[int, FittingFile]) -> None:
     say(_bus_in_words(found))
-    widest = max(NARROW, out.width)
     if not found.nodes:
         say("no node: check the power, the bit rate, and the terminating resistors")
     else:
         for table in (_nodes(found), _identities(found, files), _pdos(found)):
             if table.row_count:
-                show(table, widest)
+                show(table, folds=True)
     for identity in found.without_id:
         given = next((node for node, named in found.given.items() if named == identity), None)
         what = ", ".join(f"{name} {_hex(value)}" for name, value in zip(IDENTITY, identity, strict=True))

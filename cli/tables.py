@@ -10,7 +10,8 @@ from rich.table import Table
 
 from omnimate.cli.console import out
 
-_MAX_WIDTH = 400  # characters: any table of ours fits
+_MAX_WIDTH = 10_000  # characters: any table of ours fits
+_SCREEN_WIDTH = 80  # characters of a screen on which a table with folded cells is readable
 
 
 def new_table(
@@ -29,8 +30,9 @@ def new_table(
     return table
 
 
-def show(table: Table, max_width: int = _MAX_WIDTH) -> None:
-    """Print a table at its natural width, at most so many characters, also into a pipe."""
+def show(table: Table, *, folds: bool = False) -> None:
+    """Print a table at its natural width, also into a pipe; `folds` folds long cells on a screen."""
+    max_width = max(_SCREEN_WIDTH, out.width) if folds and out.is_terminal else _MAX_WIDTH
     options = out.options.update(max_width=max_width)
     table.width = Measurement.get(out, options, table).maximum
-    out.print(table, soft_wrap=True)
+    out.print(table)

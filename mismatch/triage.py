@@ -62,6 +62,7 @@ MAX_CELLS = 16  # of a recording, of which intervals are composed
 # explains it; with the estimated noise levels it is about one.
 MAX_RESIDUAL = 2.0
 EXPLAINED_FRACTION = 0.5  # of what a candidate explains that the reported blocks contain
+MAX_SAID = 5  # intervals that the sentence names; all are in `where`
 MAX_BLOCK_FRACTION = 0.25  # of all blocks; in more, it acts all along the drive
 
 
@@ -226,7 +227,9 @@ def _shares(
 
 def _says(seen: Where, closest: Sequence[Alternative]) -> str:
     """Return the mismatch in a sentence."""
-    times = ", ".join(f"{start:.1f} to {end:.1f} s" for start, end in seen.intervals)
+    times = ", ".join(f"{start:.1f} to {end:.1f} s" for start, end in seen.intervals[:MAX_SAID])
+    if len(seen.intervals) > MAX_SAID:
+        times += f" and {len(seen.intervals) - MAX_SAID} more times"
     near = " or ".join(
         f"{effect.effect.replace('_', ' ')} of {component_in_words(effect.component)}"
         for effect in closest[:2]

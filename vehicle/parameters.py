@@ -39,6 +39,13 @@ def _number(key: str, value: float, low: float, high: float, unit: str) -> None:
         raise ParameterError(key, f"{value:g} is impossible; expected {low:g} to {high:g} {unit}{hint}")
 
 
+def _pdo_cob_id(cob_id: int) -> None:
+    """Raise an error if no PDO can have a COB-ID; robots that only resemble CANopen use any other."""
+    _number("cob_id", cob_id, 0x001, 0x7FF, "(11-bit COB-ID)")
+    if cob_id == 0x080:
+        raise ParameterError("cob_id", "080h is that of SYNC; expected that of a PDO, such as 181h to 57Fh")
+
+
 @dataclass(frozen=True, slots=True)
 class Truck:
     """One differential-drive truck.
@@ -149,7 +156,7 @@ class Encoder:
                 "channel", f"{self.channel!r} is unknown; expected one of {', '.join(CHANNELS)}"
             )
         _number("node", self.node, 1, 127, "(node id)")
-        _number("cob_id", self.cob_id, 0x001, 0x7FF, "(11-bit COB-ID)")
+        _pdo_cob_id(self.cob_id)
         _number("start_bit", self.start_bit, 0, 63, "(bit)")
         _number("bits", self.bits, 1, 64, "(bits)")
         if self.start_bit + self.bits > 64:
@@ -220,7 +227,7 @@ class Drive:
         if self.wheel not in WHEELS:
             raise ParameterError("wheel", f"{self.wheel!r} is no wheel; expected one of {', '.join(WHEELS)}")
         _number("node", self.node, 1, 127, "(node id)")
-        _number("cob_id", self.cob_id, 0x001, 0x7FF, "(11-bit COB-ID)")
+        _pdo_cob_id(self.cob_id)
         if self.sign not in {1, -1}:
             raise ParameterError("sign", f"{self.sign} is neither 1 nor -1")
         _number("counts_per_turn", self.counts_per_turn, 1.0, 1e12, "counts")

@@ -13,7 +13,7 @@ from omnimate.cli.console import err, out, say
 from omnimate.cli.descriptions import descriptions, vehicle_of
 from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of, report_problems
-from omnimate.cli.options import DbcFiles, EdsFiles
+from omnimate.cli.options import DbcFiles, EdsFiles, existing_log
 
 if TYPE_CHECKING:
     from omnimate.cli.descriptions import Descriptions
@@ -32,12 +32,14 @@ def monitor(
     source: Annotated[
         Path | None,
         typer.Argument(
-            help="Log of any format or recording folder, replayed as it was; into a pipe, read at once."
+            parser=existing_log,
+            help="Log of any format or recording folder, replayed as it was; into a pipe, read at once.",
         ),
     ] = None,
     bus: Annotated[str | None, typer.Option(help="Watch this bus, such as socketcan://can0.")] = None,
     vehicle: Annotated[
-        Path | None, typer.Option(help="vehicle.toml: names, values, odometry. A folder has its own.")
+        Path | None,
+        typer.Option(exists=True, help="vehicle.toml: names, values, odometry. A folder has its own."),
     ] = None,
     dbc: DbcFiles = None,
     eds: EdsFiles = None,

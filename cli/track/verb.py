@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 def track(
     recording: Annotated[
-        Path | None, typer.Argument(help="Recording folder; else the robot on --bus is followed.")
+        Path | None,
+        typer.Argument(exists=True, help="Recording folder; else the robot on --bus is followed."),
     ] = None,
     bus: Annotated[
         str | None,
@@ -30,7 +31,7 @@ def track(
     ] = None,
     vehicle: Annotated[
         Path | None,
-        typer.Option(help="vehicle.toml of the robot on the bus; else the reference robot."),
+        typer.Option(exists=True, help="vehicle.toml of the robot on the bus; else the reference robot."),
     ] = None,
     listen_only: ListenOnly = False,
     seconds: Annotated[

@@ -35,7 +35,9 @@ def umbmark(
     ] = None,
     vehicle: Annotated[
         Path | None,
-        typer.Option(help="vehicle.toml that the odometry was calculated with; a table needs it."),
+        typer.Option(
+            exists=True, help="vehicle.toml that the odometry was calculated with; a table needs it."
+        ),
     ] = None,
     out_file: OutFile = None,
     plot: Annotated[
@@ -53,7 +55,9 @@ def umbmark(
     ] = None,
     previous: Annotated[
         Path | None,
-        typer.Option(help="vehicle.toml before the first pass: print the factors of all passes together."),
+        typer.Option(
+            exists=True, help="vehicle.toml before the first pass: print the factors of all passes together."
+        ),
     ] = None,
     bumps: Annotated[
         list[Path] | None,
@@ -94,7 +98,7 @@ def umbmark(
     if export_as is not None:
         text = export(export_as, results, robot, wheel_width)
         print_advice(results, force=force)
-        out.print(text, end="", soft_wrap=True)
+        out.print(text, end="")
     else:
         report(results, e_s, vehicle_of(previous))
         for folder in bumps or ():

@@ -13,7 +13,7 @@ from can.interfaces.socketcan import SocketcanBus
 
 from omnimate.driver.bus.adapters import BusUrl, open_adapter
 from omnimate.driver.bus.interfaces import FastVirtualBus, RobustSocketcandBus, StampedSocket
-from omnimate.driver.errors import BusError, in_one_line
+from omnimate.driver.errors import BusError, BusLost, in_one_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,6 +46,14 @@ def open_bus(url: str, bitrate: int | None = None) -> can.BusABC:
         raise BusError(
             url, f"cannot be opened: {in_one_line(error)}; check the URL, and that the adapter is connected"
         ) from error
+
+
+def receive(bus: can.BusABC, timeout: float) -> can.Message | None:
+    """Return the next frame of a bus, None after `timeout` [s]; raises BusLost where the interface fails."""
+    try:
+        return bus.recv(timeout)
+    except (can.CanError, OSError) as error:
+        raise BusLost(error) from error
 
 
 def _virtual(url: BusUrl, _bitrate: int | None) -> can.BusABC:

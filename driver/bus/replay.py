@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import can
 
 from omnimate.driver.bus.bus import open_bus
-from omnimate.driver.errors import BusError
+from omnimate.driver.errors import BusError, BusLost
 from omnimate.files.logs.formats.python_can_logs import message_of_frame
 from omnimate.files.logs.frames import ERROR
 
@@ -83,6 +83,7 @@ def send_frames(
 
     Raises:
         BusError: The bus cannot be opened.
+        BusLost: The interface fails.
     """
     with open_bus(url) as bus:
         began, first = clock(), None
@@ -93,4 +94,7 @@ def send_frames(
             ahead = (frame.time - first) / pace - (clock() - began) if pace else 0.0
             if ahead > 0.0:
                 sleep(ahead)
-            bus.send(message_of_frame(frame), timeout=1.0)
+            try:
+                bus.send(message_of_frame(frame), timeout=1.0)
+            except (can.CanError, OSError) as error:
+                raise BusLost(error) from error

@@ -6,17 +6,16 @@ import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-import can
-
-from omnimate.driver.bus.bus import open_bus
+from omnimate.driver.bus.bus import open_bus, receive
 from omnimate.driver.bus.clock import WallClock
 from omnimate.driver.canopen.network import BusNetwork
-from omnimate.driver.errors import BusLost, DriverError
+from omnimate.driver.errors import DriverError
 from omnimate.files.logs.canopen_words import SYNC_ID
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    import can
     from canopen.objectdictionary import ObjectDictionary
 
     from omnimate.driver.canopen.sdo import Sdo
@@ -40,10 +39,7 @@ def require_no_other_master(bus: can.BusABC, url: str) -> None:
     """Listen to a bus for a moment; raises MasterActiveError where another master sends SYNC, or BusLost."""
     end = time.monotonic() + LISTENING
     while (left := end - time.monotonic()) > 0.0:
-        try:
-            message = bus.recv(left)
-        except (can.CanError, OSError) as error:
-            raise BusLost(error) from error
+        message = receive(bus, left)
         if message is not None and message.arbitration_id == SYNC_ID and not message.is_extended_id:
             raise MasterActiveError(url)
 

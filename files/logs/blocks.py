@@ -53,21 +53,26 @@ def read_log(path: Path | str) -> LogReadResult:
 
 @dataclass(slots=True)
 class LogBlocks(LogReader):
-    """The classical frames of a log in the order of the file.
+    """The frames of a log in the order of the file.
 
     Attributes:
+        fd: Whether CAN FD frames are read, and not skipped.
         workers: Threads that read a large candump log; None for one per processor.
         is_added_up: Whether the log has the time since the frame before (`candump -td`), which is added up.
         jumps: How often the clock goes back.
         first_jump: Number of the frame after the first jump, and the times before and after it [s].
     """
 
+    fd: bool = False
     workers: int | None = None
     is_added_up: bool = False
     jumps: int = 0
     first_jump: tuple[int, float, float] = (0, 0.0, 0.0)
-    _parser: BlockParser = field(default_factory=BlockParser)
+    _parser: BlockParser = field(init=False)
     _last: float | None = None
+
+    def __post_init__(self) -> None:
+        self._parser = BlockParser(self.fd)
 
     @property
     def stamp_width(self) -> int:
@@ -122,7 +127,7 @@ class LogBlocks(LogReader):
         self._last = float(times[-1])
 
     def _foreign(self, reader: BlockReader, form: ForeignFormat) -> Iterator[Frames]:
-        entries = read_entries(reader, form, fd=False)
+        entries = read_entries(reader, form, fd=self.fd)
         channels: tuple[str, ...] = ()
         while part := list(itertools.islice(entries, FRAMES_PER_BLOCK)):
             frames = [entry for entry in part if isinstance(entry, Frame)]
@@ -142,7 +147,7 @@ class LogBlocks(LogReader):
             yield frames
         self.truncated = reader.damaged
         if last and last[0].strip():
-            entry = parse_last_line(last[0], self._parser, before, fd=False)
+            entry = parse_last_line(last[0], self._parser, before, fd=self.fd)
             if isinstance(entry, Frame):
                 yield frames_of([entry])
             else:

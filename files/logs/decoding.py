@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from omnimate.files.logs.canopen_words import describe_frame
-from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, Frame
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, Frame
 from omnimate.files.logs.signals import EXTENDED_KEY, Signal
 
 if TYPE_CHECKING:
@@ -91,6 +91,8 @@ class FrameDecoder:
         carried = () if frame.flags & REMOTE else self._carried(frame.can_id, frame.flags)
         if carried:
             return ", ".join(s.in_words(frame.data) for s in carried if s.is_in(frame.data))
+        if frame.flags & FD:
+            return "not CANopen: a CAN FD frame"
         if frame.flags & EXTENDED:
             return "not CANopen: 29-bit identifier"
         words = describe_frame(frame.can_id, frame.data, remote=bool(frame.flags & REMOTE))

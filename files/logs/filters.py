@@ -11,7 +11,7 @@ import numpy as np
 
 from omnimate.files.logs.canopen_words import SYNC_ID
 from omnimate.files.logs.frame_classes import CLASSES, classify
-from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
 from omnimate.files.logs.signals import EXTENDED_KEY
 from omnimate.vehicle.errors import OmnimateError
 
@@ -39,7 +39,7 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "error": ("error",),
     "foreign": ("foreign",),
 }
-_RULE = re.compile(r"(~?)([0-9A-Fa-f]+)(?:([-:])([0-9A-Fa-f]+))?")
+_RULE = re.compile(r"(~?)(?:0x)?([0-9A-Fa-f]+)h?(?:([-:])(?:0x)?([0-9A-Fa-f]+)h?)?")
 _GAP = re.compile(r"gap\s*[:=>]\s*(\d+(?:\.\d*)?)")
 _VALUE = re.compile(r"\s*([^<>=!]+?)\s*(<=|>=|==|!=|<|>|=)\s*(-?[\d.]+(?:[eE]-?\d+)?)\s*")
 _OPERATORS: Mapping[str, Callable[[NDArray[np.float64], float], Mask]] = {
@@ -74,7 +74,7 @@ class IdentifierRule:
     def of(cls, text: str) -> IdentifierRule:
         """Return the rule of `181`, `180-1FF`, `700:780` (identifier and mask), or `~080` (all others).
 
-        Identifiers are hexadecimal; those of more than three digits have 29 bits.
+        Identifiers are hexadecimal, also as `0x181` or `181h`; those of more than three digits have 29 bits.
 
         Raises:
             FilterError: The text is no such rule.
@@ -148,7 +148,7 @@ def _concerns(frames: Frames, node: int) -> Mask:
     can_id = frames.can_id
     from_node = (can_id & 0x7F == node) & (can_id > SYNC_ID) & (can_id < 0x780) & (can_id & 0x780 != 0x100)
     nmt = (can_id == 0) & np.isin(frames.data[:, 1], (0, node)) & (frames.length == 2)
-    return np.asarray((from_node | nmt) & (frames.flags & (EXTENDED | ERROR) == 0), np.bool_)
+    return np.asarray((from_node | nmt) & (frames.flags & (EXTENDED | ERROR | FD) == 0), np.bool_)
 
 
 @dataclass(slots=True)
@@ -260,4 +260,4 @@ def within_seconds(frames: Frames, times: NDArray[np.float64], seconds: float) -
 def frame_kinds(frames: Frames) -> NDArray[np.uint64]:
     """Return a number for interface, identifier and kind of each frame, shape `(N,)`."""
     kind = frames.channel.astype(np.uint64) << np.uint64(40) | frames.can_id
-    return kind | (frames.flags & (EXTENDED | REMOTE | ERROR)).astype(np.uint64) << np.uint64(32)
+    return kind | (frames.flags & (EXTENDED | REMOTE | ERROR | FD)).astype(np.uint64) << np.uint64(32)

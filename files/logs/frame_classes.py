@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from omnimate.files.logs.canopen_words import SYNC_ID, TIME_ID
-from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -57,7 +57,7 @@ def classify(frames: Frames, vehicle: VehicleParameters | None = None) -> NDArra
     classes: NDArray[np.uint8] = table[frames.can_id & 0x7FF]
     classes[(classes == CLASSES.index("SYNC")) & (frames.length > 1)] = CLASSES.index("foreign")
     classes[frames.flags & REMOTE > 0] = CLASSES.index("remote")
-    classes[frames.flags & EXTENDED > 0] = CLASSES.index("foreign")
+    classes[frames.flags & (EXTENDED | FD) > 0] = CLASSES.index("foreign")
     classes[frames.flags & ERROR > 0] = CLASSES.index("error")
     return classes
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -26,6 +26,7 @@ ESI = 128  # CAN FD: the sender was error passive
 DEFAULT_CHANNEL = "can0"
 NANOSECOND = 1_000_000_000  # of these in a second
 _COLUMNS = ("time", "can_id", "length", "data", "flags", "channel")  # arrays of a log
+_TAIL_LENGTH = 56  # bytes of a CAN FD frame behind the first eight
 
 
 class Frame(NamedTuple):
@@ -55,16 +56,17 @@ class Frame(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """A log of classical CAN frames, in the order in which it was written.
+    """A log of CAN frames, in the order in which it was written.
 
     Attributes:
         time: Time of each frame [s], shape `(N,)`.
         can_id: Identifiers without flag bits, shape `(N,)`.
         length: Number of bytes of data, or asked for by a remote frame, shape `(N,)`.
-        data: Data padded with zeros, shape `(N, 8)`.
-        flags: Sums of EXTENDED, REMOTE, ERROR, RECEIVED and SENT, shape `(N,)`.
+        data: First eight bytes of data, padded with zeros, shape `(N, 8)`.
+        flags: Sums as in `Frame`, shape `(N,)`.
         channel: Interface of each frame as an index into `channels`, shape `(N,)`.
         channels: Names of the interfaces.
+        tail: Further bytes of CAN FD frames, padded with zeros, shape `(N, 56)`; None where there are none.
     """
 
     time: NDArray[np.float64]
@@ -74,6 +76,7 @@ class Frames:
     flags: NDArray[np.uint8]
     channel: NDArray[np.uint8]
     channels: tuple[str, ...] = (DEFAULT_CHANNEL,)
+    tail: NDArray[np.uint8] | None = None
 
     def __post_init__(self) -> None:
         count = len(self.time)
@@ -95,17 +98,19 @@ class Frames:
             self.channel.tolist(),
             strict=True,
         )
-        data = self.data.tobytes()
+        whole = self.data if self.tail is None else np.hstack((self.data, self.tail))
+        data, width = whole.tobytes(), whole.shape[1]
         for index, (time, can_id, length, flags, channel) in enumerate(rows):
-            payload = b"" if flags & REMOTE else data[8 * index : 8 * index + length]
+            payload = b"" if flags & REMOTE else data[width * index : width * index + length]
             yield Frame(time, can_id, payload, flags, length, self.channels[channel])
 
     def select(self, rows: NDArray[np.generic] | slice) -> Frames:
         """Return the frames of a mask (N,), of indices (K,), or of a slice."""
-        return replace(self, **{name: getattr(self, name)[rows] for name in _COLUMNS})
+        tail = None if self.tail is None else self.tail[rows]
+        return replace(self, **{name: getattr(self, name)[rows] for name in _COLUMNS}, tail=tail)
 
     def words(self) -> NDArray[np.uint64]:
-        """Return the data as one little-endian number per frame, `(N,)`, as CiA 301 packs PDOs."""
+        """Return the first eight bytes as a little-endian number per frame, `(N,)`, as CiA 301 packs PDOs."""
         return np.ascontiguousarray(self.data).view("<u8").reshape(-1)
 
 
@@ -118,11 +123,22 @@ def frames_of(rows: Iterable[Frame], channels: tuple[str, ...] = ()) -> Frames:
         np.array([row.time for row in rows], np.float64),
         np.array([row.can_id for row in rows], np.uint32),
         np.array([row.size for row in rows], np.uint8),
-        np.frombuffer(b"".join(row.data.ljust(8, b"\0") for row in rows), np.uint8).reshape(-1, 8).copy(),
+        np.frombuffer(b"".join(row.data[:8].ljust(8, b"\0") for row in rows), np.uint8).reshape(-1, 8).copy(),
         np.array([row.flags for row in rows], np.uint8),
         np.array([number[row.channel] for row in rows], np.uint8),
         channels,
+        tail_of(len(rows), {index: row.data for index, row in enumerate(rows) if len(row.data) > 8}),
     )
+
+
+def tail_of(count: int, long: Mapping[int, bytes]) -> NDArray[np.uint8] | None:
+    """Return the tail of frames, of which some, by their index, have more than eight bytes of data."""
+    if not long:
+        return None
+    tail = np.zeros((count, _TAIL_LENGTH), np.uint8)
+    for index, data in long.items():
+        tail[index, : len(data) - 8] = np.frombuffer(data, np.uint8)[8:]
+    return tail
 
 
 def concatenate(logs: Sequence[Frames]) -> Frames:
@@ -135,7 +151,13 @@ def concatenate(logs: Sequence[Frames]) -> Frames:
     columns["channel"] = np.concatenate(
         [number[log.channel] for number, log in zip(numbers, logs, strict=True)]
     )
-    return Frames(**columns, channels=channels)
+    tail = None
+    if any(log.tail is not None for log in logs):
+        empty = np.zeros((1, _TAIL_LENGTH), np.uint8)
+        tail = np.concatenate(
+            [np.repeat(empty, len(log), axis=0) if log.tail is None else log.tail for log in logs]
+        )
+    return Frames(**columns, channels=channels, tail=tail)
 
 
 def nanoseconds(time: float) -> int:

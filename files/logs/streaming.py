@@ -2,8 +2,7 @@
 
 candump (`-L`, `-ta`, `-td`, `-tz` and plain columns), Vector `.asc` and `.blf`, PEAK `.trc`, IXXAT MiniMon,
 PCAP and PCAPNG, python-can's CSV, ASAM MF4; gzipped or not. What cannot be read is left out and reported line
-by line; a log that was cut off is read up to there. `omnimate.files.logs.blocks` reads logs as arrays, of
-classical CAN only.
+by line; a log that was cut off is read up to there. `omnimate.files.logs.blocks` reads logs as arrays.
 """
 
 from __future__ import annotations
@@ -33,6 +32,7 @@ HEAD_BYTES = 4096  # first bytes, from which the format is recognised
 MAX_SKIPPED_LINES = 1000  # skipped lines that are stored; further ones are only counted
 # Share of increasing relative times, below which they are intervals (half by chance).
 MIN_INCREASING_SHARE = 0.8
+_OTHER_PACKERS = {b"BZh": "bzip2", b"\xfd7zXZ": "xz", b"\x28\xb5\x2f\xfd": "zstd", b"PK\3\4": "zip"}
 REPORT_EVERY = 2000  # frames between two reports of progress
 
 
@@ -68,7 +68,13 @@ class LogReader:
         """
         try:
             content = BlockReader(self.source)
-            yield content, foreign_format_of(content.head(HEAD_BYTES))
+            head = content.head(HEAD_BYTES)
+            for signature, name in _OTHER_PACKERS.items():
+                if head.startswith(signature):
+                    raise LogError(
+                        self.source, None, f"packed by {name}; expected a log, or one packed by gzip"
+                    )
+            yield content, foreign_format_of(head)
         except OSError as error:
             raise LogError(self.source, None, f"cannot be read: {error.strerror or error}") from error
         if not self.frames:
@@ -141,21 +147,20 @@ class LogStream(LogReader):
 
     def _candump(self, content: BlockReader) -> Iterator[Frame | SkippedLine]:
         """Yield the frames of a candump log, and note what was left out."""
-        parser, last = BlockParser(), list[Frame]()
+        parser, last = BlockParser(fd=True), frames_of(())
         shift, adds_up = 0.0, None
         for block in content.lines():
             if block.endswith(b"\n"):
-                frames = list(parser.each(block))
+                frames = parser.parse(block)
                 if adds_up is None:
-                    adds_up = parser.has_relative_times(block) and are_intervals([row.time for row in frames])
+                    adds_up = parser.is_relative and are_intervals(frames.time)
                 for frame in frames:
                     shift += frame.time if adds_up else 0.0
                     yield frame._replace(time=shift) if adds_up else frame
                 self.take_skipped(parser)
                 last = frames
             elif block.strip():
-                classical = frames_of(row for row in last if not row.flags & FD)
-                yield parse_last_line(block, parser, [classical], fd=True)
+                yield parse_last_line(block, parser, [last], fd=True)
         self.truncated |= content.damaged
 
 

@@ -68,7 +68,7 @@ def test_a_silent_bus_names_the_node_that_is_missing(omnimate, tmp_path):
     [
         "record {drive} --bus virtual://any",
         "simulate {drive} --side 1 --runs 1",
-        "import csv none.csv {drive} --mapping none.toml",
+        "import csv {drive}/poses.csv {drive} --mapping {drive}/run.toml",
     ],
 )
 def test_a_folder_that_holds_a_recording_is_not_overwritten(omnimate, drive, call):

@@ -1,6 +1,7 @@
 """`omnimate calibrate` and `omnimate design`: what they print and write."""
 
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -37,7 +38,8 @@ def test_both_trucks_are_calibrated_and_written(omnimate, folder, tmp_path):
     trucks = load_vehicle(tmp_path / "new.toml").trucks
     assert trucks["a"].wheelbase == pytest.approx(0.33617, abs=1e-3)
     assert trucks["b"].wheelbase == pytest.approx(0.34387, abs=1e-3)
-    assert (tmp_path / "way.svg").stat().st_size > 1000
+    labels = re.findall(r"<!-- (truck .*) -->", (tmp_path / "way.svg").read_text())
+    assert labels == [f"truck {name}, {what}" for name in "ab" for what in ("odometry before", "calibrated")]
 
 
 def test_one_truck_may_be_chosen(omnimate, folder):
@@ -52,6 +54,14 @@ def test_the_linkage_is_calibrated_and_its_zeros_are_written(omnimate, folder, t
     before, after = reference_vehicle(), load_vehicle(tmp_path / "new.toml")
     shift = (after.encoder("joint_a").zero - before.encoder("joint_a").zero) * before.encoder("joint_a").scale
     assert shift == pytest.approx(0.010, abs=2e-3)
+
+
+def test_a_plot_of_a_linkage_alone_is_refused(omnimate, folder, tmp_path):
+    without = shutil.copytree(folder, tmp_path / "without")
+    (without / "poses.csv").unlink()
+    result = omnimate("calibrate", without, "--linkage", "--plot", tmp_path / "way.svg")
+    assert result.code == 1
+    assert "no truck has two absolute poses" in result.err
 
 
 def test_relative_poses_calibrate_a_truck_and_place_their_sensor(omnimate, folder, tmp_path):

@@ -1,6 +1,15 @@
 """What goes to stderr, and what makes the exit code 1."""
 
-from omnimate.cli.console import print_error, report_problem, take_problems, warn
+from types import SimpleNamespace
+
+from omnimate.cli.console import (
+    PROGRESS_PERIOD,
+    print_error,
+    progress_bar,
+    report_problem,
+    take_problems,
+    warn,
+)
 
 
 def test_only_a_reported_problem_is_kept_and_it_is_kept_until_it_is_taken(capsys):
@@ -16,3 +25,14 @@ def test_only_a_reported_problem_is_kept_and_it_is_kept_until_it_is_taken(capsys
 def test_brackets_in_a_sentence_are_printed_as_they_are(capsys):
     warn("[bold]counts[/bold] of a.left")
     assert capsys.readouterr().err == "warning: [bold]counts[/bold] of a.left\n"
+
+
+def test_without_a_terminal_progress_is_a_line_now_and_then(capsys, monkeypatch):
+    now = iter([0.0, 1.0, PROGRESS_PERIOD, PROGRESS_PERIOD, PROGRESS_PERIOD + 1.0, 90.0, 90.0])
+    monkeypatch.setattr("omnimate.cli.console.time", SimpleNamespace(monotonic=lambda: next(now)))
+    with progress_bar("reading") as progress:
+        progress(1, 100)
+        progress(20, 100)
+        progress(30, 100, "fitting")
+        progress(7, 0, "fitting")
+    assert capsys.readouterr().err == "reading: 20%\nfitting ...\n"

@@ -246,11 +246,48 @@ def test_live_words_and_the_long_form(live, vehicle):
     )
 
 
-def test_frames_that_are_not_classical_are_reported(live):
-    fd = can.Message(arbitration_id=1, is_extended_id=False, is_fd=True, data=bytes(12))
-    result = live("--count", 3, messages=[fd, *MESSAGES])
+FD_LOG = """\
+(1700000000.000000) can0 181#0011223344556677
+(1700000000.000100) can0 181##1000102030405060708090A0B
+(1700000000.000200) can1 12345678##200
+(1700000000.000300) can0 701#05
+"""
+
+
+@pytest.mark.parametrize("end", ["\n", ""])
+def test_can_fd_of_a_log_is_printed_as_it_was(log, end):
+    log.write_text(FD_LOG.rstrip() + end)
+    result = run(log)
+    assert (result.exit_code, result.stdout, result.stderr) == (0, FD_LOG, "")
+
+
+def test_can_fd_is_shown_in_the_long_form_in_words_and_with_its_own_rate(log):
+    log.write_text(FD_LOG)
+    assert run(log, "--form", "ta").stdout.splitlines()[1] == (
+        " (1700000000.000100)  can0  181  [12]  00 01 02 03 04 05 06 07 08 09 0A 0B"
+    )
+    assert "0A0B  ; not CANopen: a CAN FD frame" in run(log, "--decode").stdout
+    rates = [line.split()[:5] for line in run(log, "--rates").stdout.splitlines()]
+    assert ["can0", "181", "1", "-", "8"] in rates
+    assert ["can0", "181", "1", "-", "12"] in rates
+    assert run(log, "--kind", "pdo").stdout == FD_LOG.splitlines(keepends=True)[0]
+
+
+def fail():
+    raise can.CanOperationError("the cable is out")
+
+
+def test_a_bus_that_is_lost_ends_the_dump_with_a_sentence(live):
+    result = live(then=fail)
     assert result.stdout == LIVE
-    assert "CAN FD" in result.stderr
+    assert "virtual://test: the bus interface failed: the cable is out" in result.stderr
+
+
+def test_can_fd_of_a_live_bus_is_printed(live):
+    fd = can.Message(1.7e9, 1, is_extended_id=False, is_fd=True, data=range(12), channel="can0")
+    result = live("--count", 4, messages=[fd, *MESSAGES])
+    assert result.stdout == "(1700000000.000000) can0 001##0000102030405060708090A0B\n" + LIVE
+    assert not result.stderr
 
 
 @pytest.mark.parametrize("path", cases(OTHER_ROBOT_ASC, *CANOPEN_TRACES))
@@ -354,4 +391,4 @@ def test_a_file_without_a_frame_is_an_error_in_all_forms(tmp_path):
 
 def test_a_bus_that_is_given_as_a_log_is_told_how_it_is_given():
     result = run("socketcand://127.0.0.1:29536/can0")
-    assert "a bus is given as --bus socketcand://127.0.0.1:29536/can0" in str(result.exception)
+    assert "a bus is given as --bus socketcand://127.0.0.1:29536/can0" in result.stderr

@@ -50,6 +50,16 @@ def test_what_a_format_cannot_hold_is_told_and_gives_exit_code_1(omnimate, tmp_p
     assert omnimate("export", tmp_path / "fd.log", tmp_path / "a.pcap").code == 0
 
 
+def test_a_log_is_not_overwritten_by_its_export(omnimate, small_drive):
+    log = small_drive / "can.log"
+    before = log.read_bytes()
+    for source in (log, small_drive):
+        result = omnimate("export", source, log)
+        assert result.code == 1
+        assert "is the log that is read" in result.err
+    assert log.read_bytes() == before
+
+
 @pytest.mark.parametrize(
     ("library", "name", "extra"),
     [

@@ -114,7 +114,6 @@ def test_a_bag_is_imported_by_options_or_by_the_names_in_it(omnimate, bag, tmp_p
     [
         (["out", "--vehicle", "vehicle.toml", "--channel", "a.left=/left_ticks"], "channel a.right is"),
         (["out", "--vehicle", "vehicle.toml", "--pose", "a=/mocap"], "no topic /mocap"),
-        (["out", "--mapping", "none.toml"], "none.toml: cannot be read"),
     ],
 )
 def test_a_call_from_which_something_is_missing_says_what(

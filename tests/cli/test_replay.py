@@ -54,6 +54,14 @@ def test_a_vehicle_with_other_encoders_reads_the_log_anew(omnimate, small_drive,
     assert "a.left and a.right are never there in the same sample" in result.err
 
 
+def test_an_eds_that_is_not_there_is_named(omnimate, small_drive, tmp_path):
+    other = tmp_path / "other.toml"
+    text = (small_drive / "vehicle.toml").read_text()
+    other.write_text(text.replace('channel = "a.left"', 'channel = "a.left"\neds = "gone.eds"', 1))
+    result = omnimate("replay", small_drive, "--vehicle", other)
+    assert f"{tmp_path / 'gone.eds'}: not there" in result.err
+
+
 def test_a_log_of_another_robot_without_its_vehicle_says_to_give_it(omnimate, tmp_path):
     recording = simulate(reference_single(), Truth(reference_single(), seed=1), umbmark(0.5, 1))
     save_recording(recording, tmp_path)

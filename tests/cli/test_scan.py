@@ -23,11 +23,8 @@ def take_id(bus, node):
     return [device.objects[0x1018, sub] for sub in (1, 2, 3, 4)]
 
 
-def test_the_nodes_are_listed_and_the_draft_is_written_beside_its_eds_files(
-    omnimate, on_bench, monkeypatch, tmp_path
-):
+def test_the_nodes_are_listed_and_the_draft_is_written_beside_its_eds_files(omnimate, on_bench, tmp_path):
     on_bench(Simulated)
-    monkeypatch.setattr(out, "_width", 200)  # on a narrow screen, a long cell is folded
     path = tmp_path / "vehicle.toml"
     result = omnimate("scan", *BUS, "--eds", EDS_FOLDER, "--write", path)
     assert result.code == 0
@@ -56,6 +53,7 @@ def test_json_says_all_that_was_read(omnimate, on_bench):
 
 def test_no_line_is_longer_than_80_characters_on_such_a_screen(omnimate, on_bench, monkeypatch):
     on_bench(Simulated)
+    monkeypatch.setattr(out, "_force_terminal", True)
     monkeypatch.setattr(out, "_width", 80)
     lines = omnimate("scan", *BUS, "--eds", EDS_FOLDER).out.splitlines()
     assert max(map(len, lines)) <= 80
@@ -96,7 +94,7 @@ def test_beside_another_master_the_words_say_so_and_lss_is_refused(omnimate, on_
     [
         (["--assign", 5], "add --lss"),
         (["--write", __file__], "exists already"),
-        (["--eds", __file__], "expected a folder"),
+        (["--eds", __file__], "is a file"),
     ],
 )
 def test_a_call_that_cannot_be_is_refused(omnimate, on_bench, arguments, words):

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from omnimate.files.recordings.folder import load_recording
+from omnimate.mismatch.diagnosis import Where
 from omnimate.mismatch.recording.signals import WINDOW
-from omnimate.mismatch.triage import SAMPLES, thinned, triage
+from omnimate.mismatch.triage import SAMPLES, _says, thinned, triage
 from studies.mismatch.engines.wide.cases import KINDS, make
 
 HEALTHY = 20
@@ -69,6 +70,13 @@ def test_what_acts_all_the_time_comes_with_its_name_and_signals(drive, effect):
     answer = triage([drive(effect("joint_bias", "joint_a", bias=0.01), laps=3)])
     assert (answer.closest[0].effect, answer.closest[0].component) == ("joint_bias", "joint_a")
     assert set(answer.where.channels) & {"joint_a", "link"}
+
+
+def test_the_sentence_names_few_intervals_and_counts_the_others():
+    intervals = tuple((10.0 * number, 10.0 * number + 2.0) for number in range(107))
+    sentence = _says(Where(("a.left",), intervals), ())
+    assert "at 0.0 to 2.0 s, 10.0 to 12.0 s, " in sentence
+    assert "40.0 to 42.0 s and 102 more times. No single effect" in sentence
 
 
 def test_a_drive_that_is_too_short_is_insufficient(drive):

@@ -22,13 +22,12 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
 
     from omnimate.files.logs.formats.candump_kernel import Scanned, Table
-    from omnimate.files.logs.frames import Frame, Frames
+    from omnimate.files.logs.frames import Frames
 
 RELATIVE_WIDTH = 10  # characters of a relative time on candump's screen: three digits, a point, six digits
 _MAX_NEW_CHANNELS = 16  # new interfaces that are searched for in one block
 _MAX_CHANNELS = 256
 _EXCERPT_LENGTH = 80  # characters of a skipped line that are stored
-_FD_MARK = b"##"  # between identifier and data of a CAN FD frame
 
 
 class SkippedLine(NamedTuple):
@@ -48,29 +47,17 @@ class SkippedLine(NamedTuple):
 class BlockParser:
     """Reads a log block by block; a block is whole lines, the last newline included.
 
-    `channels` are the interfaces so far with their numbers; `stamp_width` has the characters of the first
-    time in the log, 0 before it, which `is_relative` as of `candump -td` or `-tz`; `skipped` lines hold no
-    frame.
+    `fd`: CAN FD frames are read too, and not skipped; `channels` are the interfaces so far with their
+    numbers; `stamp_width` has the characters of the first time in the log, 0 before it, which `is_relative`
+    as of `candump -td` or `-tz`; `skipped` lines hold no frame.
     """
 
+    fd: bool = False
     channels: dict[str, int] = field(default_factory=dict)
     lines: int = 0
     stamp_width: int = 0
     is_relative: bool = False
     skipped: list[SkippedLine] = field(default_factory=list)
-
-    def each(self, block: bytes) -> Iterator[Frame]:
-        """Yield the frames of a block, those of CAN FD too."""
-        if _FD_MARK not in block:
-            yield from self.parse(block)
-            return
-        for line in block.splitlines():
-            self.lines += 1
-            frame = parse_line(line) if line.strip() else None
-            if isinstance(frame, str):
-                self.skip(self.lines, line, frame)
-            elif frame is not None:
-                yield frame
 
     def has_relative_times(self, block: bytes) -> bool:
         """Return whether a log that begins with this block has times as of `candump -td` or `-tz`."""
@@ -81,7 +68,7 @@ class BlockParser:
         return self.is_relative
 
     def parse(self, block: bytes) -> Frames:
-        """Return the classical frames of a block."""
+        """Return the frames of a block."""
         for _ in range(_MAX_NEW_CHANNELS):
             scanned = scan(block, tuple(self.channels))
             name = _unread_name(scanned)
@@ -103,7 +90,7 @@ class BlockParser:
 
     def _parse_line(self, line: bytes, row: int, table: Table) -> None:
         frame = parse_line(line)
-        if not isinstance(frame, str) and frame.flags & FD:
+        if not isinstance(frame, str) and frame.flags & FD and not self.fd:
             frame = ONLY_CLASSICAL
         number = None if isinstance(frame, str) else self._number(frame.channel)
         if isinstance(frame, str):
@@ -137,7 +124,7 @@ def _unread_name(scanned: Scanned) -> str | None:
 
 
 def parse_in_parallel(blocks: Iterable[bytes], parser: BlockParser, workers: int) -> Iterator[Frames]:
-    """Yield the classical frames of each block, in order; what is in memory are a few blocks per worker.
+    """Yield the frames of each block, in order; what is in memory are a few blocks per worker.
 
     The first block shows the interfaces.
 

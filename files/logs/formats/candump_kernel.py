@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from omnimate.files.logs.frames import DEFAULT_CHANNEL, EXTENDED, RECEIVED, SENT, Frames
+from omnimate.files.logs.frames import DEFAULT_CHANNEL, EXTENDED, RECEIVED, SENT, Frames, tail_of
 from omnimate.vehicle.compiled import compiled_without_lock
 
 if TYPE_CHECKING:
@@ -45,13 +45,16 @@ class Table:
         self.data = np.zeros((count, 8), np.uint8)
         self.flags = np.empty(count, np.uint8)
         self.channel = np.empty(count, np.uint8)
+        self.long: dict[int, bytes] = {}  # data of more than eight bytes, by row
 
     def put(self, row: int, frame: Frame, channel: int) -> None:
         """Fill in one line."""
         self.is_frame[row] = True
         self.time[row], self.can_id[row] = frame.time, frame.can_id
         self.length[row] = frame.size
-        self.data[row, : len(frame.data)] = np.frombuffer(frame.data, np.uint8)
+        self.data[row, : len(frame.data)] = np.frombuffer(frame.data[:8], np.uint8)
+        if len(frame.data) > 8:
+            self.long[row] = frame.data
         self.flags[row], self.channel[row] = frame.flags, channel
 
     def frames(self, channels: tuple[str, ...]) -> Frames:
@@ -64,6 +67,7 @@ class Table:
             self.flags,
             self.channel,
             channels or (DEFAULT_CHANNEL,),
+            tail_of(len(self.time), self.long),
         )
         return frames if self.is_frame.all() else frames.select(self.is_frame)
 

@@ -4,12 +4,13 @@
 `candump -ta` prints, ` (1700000000.000250)  can0  181   [8]  00 10 00 00 00 20 00 00`, its leading
 space included. With `-x` both say whether a frame was received or sent. Also read is the plain form
 `1700000000.000250 can0 181 [8] 00 10 00 00 00 20 00 00` of other recorders, with or without the length, with
-or without spaces between the bytes.
+or without spaces between the bytes. Times may be dates, as of `candump -tA`, in this computer's time zone.
 """
 
 from __future__ import annotations
 
 import re
+from datetime import datetime
 from typing import TYPE_CHECKING, Literal
 
 from omnimate.files.logs.frames import BRS, ERROR, ESI, EXTENDED, FD, RECEIVED, REMOTE, SENT, Frame
@@ -25,7 +26,7 @@ STAMP_WIDTH = 17  # characters of the time that candump prints: ten digits, a po
 
 _DIRECTION = RECEIVED | SENT
 _LOG_DIRECTIONS = {RECEIVED: " R", SENT: " T"}
-_TA_DIRECTIONS = {RECEIVED: "  RX - -", SENT: "  TX - -"}
+_TA_DIRECTIONS = {RECEIVED: "  RX", SENT: "  TX"}
 _PARSED_DIRECTIONS = {b"R": RECEIVED, b"T": SENT, b"RX": RECEIVED, b"TX": SENT, None: 0}
 ERROR_BIT = 0x20000000  # CAN_ERR_FLAG of linux/can.h, printed as part of the identifier
 
@@ -39,6 +40,7 @@ _PLAIN_LINE = re.compile(
     rb"((?:\s+(?:[0-9A-Fa-f]{2})+)*)\s*"
 )
 STAMP = re.compile(rb"\((\d{1,10}\.\d{6})\)(  )?")  # the screen's two spaces behind it
+_DATE = re.compile(rb"\s*\((\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d{6})\)")
 _REMOTE_TAIL = re.compile(rb"[Rr]([0-8])?")
 _DATA_TAIL = re.compile(rb"((?:[0-9A-Fa-f]{2}\.?)*)(?:_[9A-Fa-f])?")
 _FD_TAIL = re.compile(rb"#([0-9A-Fa-f])((?:[0-9A-Fa-f]{2}\.?)*)")
@@ -58,7 +60,7 @@ def format_frame(
 ) -> str:
     """Return a frame as candump prints it, without the newline.
 
-    The form `ta` is of classical CAN only. `width` is that to which candump right-aligns the interface's
+    `width` is that to which candump right-aligns the interface's
     name, where it shows several; `indent` right-aligns 11-bit identifiers, as `-ta` does after a 29-bit one;
     the time has `stamp_width` characters, filled up with zeros.
     """
@@ -68,9 +70,10 @@ def format_frame(
     if form == "log":
         content = f"{_identifier(frame)}#{_payload(frame)}{_LOG_DIRECTIONS.get(frame.flags & _DIRECTION, '')}"
         return f"({frame.time:0{stamp_width}.6f}) {frame.channel.rjust(width)} {content}"
-    channel = frame.channel.rjust(width) + _TA_DIRECTIONS.get(frame.flags & _DIRECTION, "")
+    channel = frame.channel.rjust(width) + _ta_direction(frame.flags)
     identifier = f"{_identifier(frame):>8}" if indent else _identifier(frame)
-    content = f"{identifier}   [{frame.size}] {_long_payload(frame)}"
+    length = f" [{frame.size:02d}]" if frame.flags & FD else f"  [{frame.size}]"
+    content = f"{identifier} {length} {_long_payload(frame)}"
     return f" ({frame.time:0{stamp_width}.6f})  {channel}  {content}"
 
 
@@ -90,6 +93,7 @@ def format_lines(
 
 def parse_line(line: bytes) -> Frame | str:
     """Return the frame of a line in any of the forms, or the reason why it holds none."""
+    line = _with_seconds(line)
     if match := LOG_LINE.fullmatch(line):
         stamp, channel, identifier, tail, direction = match.groups()
         return _frame(stamp, channel, identifier, _content(tail), _PARSED_DIRECTIONS[direction])
@@ -108,10 +112,28 @@ def parse_line(line: bytes) -> Frame | str:
     return "expected `(seconds) interface ID#DATA`, as `candump -L` prints"
 
 
+def _with_seconds(line: bytes) -> bytes:
+    """Return a line whose time is a date with its seconds since 1970, and any other as it is."""
+    date = _DATE.match(line)
+    try:
+        seconds = 0.0 if date is None else datetime.fromisoformat(date[1].decode()).timestamp()
+    except (ValueError, OverflowError):
+        return line
+    return line if date is None else b"(%.6f)%s" % (seconds, line[date.end() :])
+
+
 def _identifier(frame: Frame) -> str:
     if frame.flags & ERROR:
         return f"{frame.can_id | ERROR_BIT:08X}"
     return f"{frame.can_id:08X}" if frame.flags & EXTENDED else f"{frame.can_id:03X}"
+
+
+def _ta_direction(flags: int) -> str:
+    """Return who sent a frame, if the log says so, and how a CAN FD frame was sent."""
+    direction = _TA_DIRECTIONS.get(flags & _DIRECTION)
+    if direction is None:
+        return ""
+    return f"{direction} {'B' if flags & BRS else '-'} {'E' if flags & ESI else '-'}"
 
 
 def _payload(frame: Frame) -> str:

@@ -1,7 +1,8 @@
 """Fast formatting of frames as candump prints them, by columns; equal to `format_frame` line by line.
 
 All frames of a kind (interface, flags, length) have lines of one shape. `format_frame` gives the line of one
-of them; in a copy of it for each frame the digits of time, identifier and data are replaced.
+of them; in a copy of it for each frame the digits of time, identifier and data are replaced. Frames of CAN FD
+are few in logs of CANopen: `format_frame` gives each of their lines.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.files.logs.formats.candump_lines import ERROR_BIT, STAMP_WIDTH, Form, format_frame
-from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -64,19 +65,21 @@ def _text(frames: Frames, form: Form, width: int, stamp_width: int, *, indent: b
         | (micros < 0)
         | (micros >= 10.0 ** (stamp_width - 1))
     )
+    is_fd = frames.flags & FD > 0
+    odd |= is_fd
     kinds = frames.channel.astype(np.int32) << 12 | frames.flags.astype(np.int32) << 4 | frames.length
-    present = np.flatnonzero(np.bincount(kinds)).tolist()
+    kinds[is_fd] = -1
+    present = np.flatnonzero(np.bincount(kinds[~is_fd])).tolist()
     lines: list[tuple[NDArray[np.intp], Characters]] = []
     for kind in present:
         rows = np.flatnonzero(kinds == kind)
-        group = frames if len(present) == 1 else frames.select(rows)
+        group = frames if len(rows) == len(frames) else frames.select(rows)
         lines.append((rows, _lines(group, form, width, stamp_width, indent=indent)))
-    special_lines = {}
-    for row in np.flatnonzero(odd).tolist():
-        frame = next(iter(frames.select(slice(row, row + 1))))
-        special_lines[row] = (
-            format_frame(frame, form, width, indent=indent, stamp_width=stamp_width).encode() + b"\n"
-        )
+    special = np.flatnonzero(odd)
+    special_lines = {
+        row: format_frame(frame, form, width, indent=indent, stamp_width=stamp_width).encode() + b"\n"
+        for row, frame in zip(special.tolist(), frames.select(special), strict=True)
+    }
     longest = max(
         [line.shape[1] for _, line in lines] + [len(special_line) for special_line in special_lines.values()]
     )

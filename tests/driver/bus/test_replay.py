@@ -1,5 +1,6 @@
 """A log as a bus: frames come at their pace with the times of the log, and nothing can be sent."""
 
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import can
@@ -8,7 +9,7 @@ import pytest
 from omnimate.driver.bus import replay
 from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.bus.replay import LogBus, send_frames
-from omnimate.driver.errors import BusError
+from omnimate.driver.errors import BusError, BusLost
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, Frame
 
 FRAMES = [Frame(100.0, 0x181, b"a"), Frame(100.5, 0x182, b"b"), Frame(102.0, 0x183, b"c")]
@@ -93,3 +94,13 @@ def test_frames_keep_the_distances_that_they_were_recorded_with(pace, waits):
     assert [message.is_extended_id for message in sent] == [False, False, True, False]
     assert [message.is_remote_frame for message in sent] == [False, False, False, True]
     assert bytes(sent[1].data) == b"\x01\x02"
+
+
+def test_an_interface_that_fails_while_frames_are_sent_is_a_lost_bus(monkeypatch):
+    def send(_message, timeout):
+        raise can.CanOperationError("the cable is out")
+
+    broken = SimpleNamespace(send=send)
+    monkeypatch.setattr("omnimate.driver.bus.replay.open_bus", lambda _url: nullcontext(broken))
+    with pytest.raises(BusLost, match="the cable is out"):
+        send_frames([Frame(0.0, 0x181)], "virtual://x")

@@ -48,6 +48,11 @@ def test_a_range_and_its_exclusion_divide_the_log(log, first, last):
     assert inside == [first <= f.can_id <= last and not f.flags & (EXTENDED | ERROR) for f in log]
 
 
+@pytest.mark.parametrize("text", ["0x181-0x182", "181h-182h", "0x181-182"])
+def test_an_identifier_may_be_marked_as_hexadecimal(text):
+    assert IdentifierRule.of(text) == IdentifierRule.of("181-182")
+
+
 @given(log=logs, code=st.integers(0, 0x7FF), mask=st.integers(0, 0x7FF))
 def test_a_mask_is_that_of_candump(log, code, mask):
     wanted = kept(log, rules=(IdentifierRule.of(f"{code:03X}:{mask:03X}"),))

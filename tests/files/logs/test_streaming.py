@@ -1,6 +1,8 @@
 """Logs frame by frame: what is written in a format is read again, in bounded memory, by us and by others."""
 
+import bz2
 import gc
+import lzma
 import sys
 import tracemalloc
 import types
@@ -141,6 +143,14 @@ def test_what_is_left_out_is_counted_and_a_cut_line_is_told(tmp_path):
     assert stream.truncated
     assert not stream.is_whole
     assert any("ends early" in problem for problem in stream.problems())
+
+
+@pytest.mark.parametrize(("packer", "name"), [(bz2, "bzip2"), (lzma, "xz")])
+def test_a_log_packed_by_another_than_gzip_names_the_packer(tmp_path, packer, name):
+    path = tmp_path / "can.log"
+    path.write_bytes(packer.compress(b"(1.000000) can0 181#00\n"))
+    with pytest.raises(LogError, match=f"packed by {name}"):
+        list(LogStream(path))
 
 
 def test_a_file_without_a_frame_is_an_error(tmp_path):

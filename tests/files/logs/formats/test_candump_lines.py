@@ -1,5 +1,7 @@
 """The line formats of candump, byte for byte."""
 
+from datetime import datetime
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -94,6 +96,12 @@ def test_the_ascii_column_and_a_missing_leading_space_are_read():
     assert parse_line(line) == Frame(1.0, 0x181, b"AB", 0, 2)
 
 
+def test_a_date_is_read_in_the_time_zone_of_this_computer():
+    time = datetime(2026, 11, 28, 10, 13, 43, 566726).timestamp()  # noqa: DTZ001 -- local, as candump prints it
+    line = b" (2026-11-28 10:13:43.566726)  can0  181   [2]  41 42"
+    assert parse_line(line) == Frame(time, 0x181, b"AB", 0, 2)
+
+
 def test_dots_between_bytes_and_a_raw_length_code_are_read():
     assert parse_line(b"(1.0) can0 181#11.22") == Frame(1.0, 0x181, b"\x11\x22", 0, 2)
     assert parse_line(b"(1.0) can0 181#1122334455667788_E").length == 8
@@ -102,6 +110,7 @@ def test_dots_between_bytes_and_a_raw_length_code_are_read():
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
+        (b" (2026-13-28 10:13:43.566726)  can0  181   [0] ", "expected `(seconds) interface ID#DATA`"),
         (b"garbage", "expected `(seconds) interface ID#DATA`"),
         (b"(1.0) can0 181##1000102030405060708", "CAN FD"),
         (b"(1.0) can0  181  [12]  00 00 00 00 00 00 00 00 00 00 00 00", "CAN FD"),
