@@ -32,37 +32,22 @@ class Filtered(NamedTuple):
     """Result of the forward pass for M fixes and P parameters.
 
     The last axis `1 + P` holds a value and its derivatives by the parameters.
-
-    Attributes:
-        innovation: Measured minus predicted x, y [m] in the body frame and theta [rad], shape `(M, 3, 1+P)`.
-        precision: Inverse of the covariance of the innovation, shape `(M, 3, 3)`.
-        gain: Gain of the filter, shape `(M, 3, 3)`.
-        carry: Matrix that turns errors before the movement into errors after it, shape `(M, 3, 3)`.
-        heading: Heading of the body frame in which the fix was compared [rad], shape `(M,)`.
     """
 
-    innovation: Array
-    precision: Array
-    gain: Array
-    carry: Array
-    heading: Array
+    innovation: Array  # measured minus predicted x, y [m] in the body frame and theta [rad], `(M, 3, 1+P)`
+    precision: Array  # inverse of the covariance of the innovation, `(M, 3, 3)`
+    gain: Array  # gain of the filter, `(M, 3, 3)`
+    carry: Array  # matrix that turns errors before the movement into errors after it, `(M, 3, 3)`
+    heading: Array  # heading of the body frame in which the fix was compared [rad], `(M,)`
 
 
 class Smoothed(NamedTuple):
-    """Result of the backward pass: auxiliary residuals and their covariances.
+    """Result of the backward pass: auxiliary residuals and their covariances."""
 
-    Attributes:
-        fix: Auxiliary residual of each fix, shape `(M, 3, 1+P)`.
-        fix_precision: Covariance of the auxiliary residual of each fix, shape `(M, 3, 3)`.
-        step: Auxiliary residual of the movement before each fix, shape `(M, 3, 1+P)`; zero at the first of a
-            chain.
-        step_precision: Covariance of the auxiliary residual of each movement, shape `(M, 3, 3)`.
-    """
-
-    fix: Array
-    fix_precision: Array
-    step: Array
-    step_precision: Array
+    fix: Array  # auxiliary residual of each fix, `(M, 3, 1+P)`
+    fix_precision: Array  # covariance of the auxiliary residual of each fix, `(M, 3, 3)`
+    step: Array  # auxiliary residual of the movement before each fix, `(M, 3, 1+P)`; first of a chain: zero
+    step_precision: Array  # covariance of the auxiliary residual of each movement, `(M, 3, 3)`
 
 
 @compiled

@@ -36,23 +36,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LinkageCalibration:
-    """The calibration of a robot by its linkage.
+    """The calibration of a robot by its linkage."""
 
-    Attributes:
-        source: Files or folders that the data come from.
-        estimate: Estimated coordinates, with those held because the linkage does not identify them.
-        trucks: Corrected trucks a and b.
-        joint_bias: Bias of joint_a and of joint_b, reading minus truth [rad].
-        link_bias: Bias of the link, reading minus truth [m].
-        quantities: All parameters with their uncertainties.
-    """
-
-    source: str
-    estimate: Estimate
-    trucks: dict[TruckName, Truck]
-    joint_bias: tuple[float, float]
-    link_bias: float
-    quantities: tuple[Quantity, ...]
+    source: str  # files or folders that the data come from
+    estimate: Estimate  # estimated coordinates, with those held because the linkage does not identify them
+    trucks: dict[TruckName, Truck]  # corrected trucks a and b
+    joint_bias: tuple[float, float]  # bias of joint_a and of joint_b, reading minus truth [rad]
+    link_bias: float  # bias of the link, reading minus truth [m]
+    quantities: tuple[Quantity, ...]  # all parameters with their uncertainties
 
 
 def calibrate_linkage(

@@ -47,15 +47,10 @@ SEPARATE[6:8, 6:8] = [[1.0, 0.5], [1.0, -0.5]]
 
 @dataclass(frozen=True, slots=True)
 class LinkageProblem:
-    """Drives of one robot with a linkage.
+    """Drives of one robot with a linkage."""
 
-    Attributes:
-        drives: Drives of the robot; each is a chain.
-        trucks: Nominal trucks a and b.
-    """
-
-    drives: tuple[LinkageDrive, ...]
-    trucks: tuple[Truck, Truck]
+    drives: tuple[LinkageDrive, ...]  # drives of the robot; each is a chain
+    trucks: tuple[Truck, Truck]  # nominal a and b
 
     @property
     def source(self) -> str:

@@ -47,22 +47,15 @@ _SPIN_SHARES = np.linspace(0.05, 0.6, 12)  # trial shares of the travel for spin
 class Space:
     """The space and the means that a calibration drive may use.
 
-    Attributes:
-        length: Length of the free rectangle [m].
-        width: Width of the free rectangle [m].
-        travel: Distance that the wheels may roll in all [m].
-        heading: Standard deviation of measured absolute headings [rad]; None where none are measured.
-        roughness: Roughness of the floor [m/sqrt(m)].
-
     Raises:
         CalibrationError: A size is not a positive number.
     """
 
-    length: float
-    width: float
-    travel: float
-    heading: float | None = None
-    roughness: float = CONCRETE_ROUGHNESS
+    length: float  # length of the free rectangle [m]
+    width: float  # width of the free rectangle [m]
+    travel: float  # distance that the wheels may roll in all [m]
+    heading: float | None = None  # standard deviation of absolute headings [rad]; None: not measured
+    roughness: float = CONCRETE_ROUGHNESS  # roughness of the floor [m/sqrt(m)]
 
     def __post_init__(self) -> None:
         for name in ("length", "width", "travel", "roughness", "heading"):
@@ -80,24 +73,14 @@ class Space:
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """One candidate drive.
-
-    Attributes:
-        name: Name of the drive.
-        laps: Number of times that it is driven.
-        travel: Distance that the wheels roll [m].
-        sigma: Cramer-Rao bounds of wheelbase, E_s and E_d, relative, shape `(3,)`; nan where held.
-        held: Coordinates that the drive does not identify, with the reasons.
-        residual_error: Mean E_max,syst that is left on a square of 4 m [m]; nan where the drive does not
-            identify the parameters that it depends on.
-    """
+    """One candidate drive."""
 
     name: str
-    laps: int
-    travel: float
-    sigma: Array
-    held: tuple[Held, ...]
-    residual_error: float
+    laps: int  # number of times that it is driven
+    travel: float  # distance that the wheels roll [m]
+    sigma: Array  # Cramer-Rao bounds of wheelbase, E_s and E_d, relative, `(3,)`; nan where held
+    held: tuple[Held, ...]  # coordinates that the drive does not identify, with the reasons
+    residual_error: float  # mean E_max,syst left on a square of 4 m [m]; nan where E_b or E_d is held
 
 
 def compare_designs(truck: Truck, space: Space) -> tuple[Design, ...]:

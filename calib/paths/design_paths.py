@@ -20,17 +20,11 @@ SPEED = 0.2  # [m/s] of the wheels, U III-C
 
 @dataclass(slots=True)
 class PlannedDrive:
-    """A builder of drives, as travel of the wheels.
+    """A builder of drives, as travel of the wheels."""
 
-    Attributes:
-        truck: The truck that drives it.
-        travel: Travel of the left and the right wheel in each step [m], each of shape `(2,)`.
-        fixes: Number of steps after which an absolute pose is measured, for each fix.
-    """
-
-    truck: Truck
-    travel: list[Array] = field(default_factory=list)
-    fixes: list[int] = field(default_factory=list)
+    truck: Truck  # the truck that drives it
+    travel: list[Array] = field(default_factory=list)  # of both wheels in each step [m], `(2,)`
+    fixes: list[int] = field(default_factory=list)  # steps after which an absolute pose is measured
 
     def straight(self, length: float) -> PlannedDrive:
         """Add a straight of a length [m]; a negative length is driven backwards."""

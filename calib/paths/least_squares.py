@@ -38,23 +38,14 @@ _DERIVATIVE_STEP = 1e-5  # step of a coordinate for numerical derivatives
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """One physical parameter with its uncertainty, in SI units.
+    """One physical parameter with its uncertainty, in SI units."""
 
-    Attributes:
-        name: Name for tables.
-        nominal: Value before the calibration.
-        value: Estimated value.
-        sigma: Cramer-Rao bound of the standard deviation, with the estimated noise.
-        low: Lower end of the 95 % interval.
-        high: Upper end of the 95 % interval.
-    """
-
-    name: str
-    nominal: float
-    value: float
-    sigma: float
-    low: float
-    high: float
+    name: str  # for tables
+    nominal: float  # value before the calibration
+    value: float  # estimated value
+    sigma: float  # Cramer-Rao bound of the standard deviation, with the estimated noise
+    low: float  # lower end of the 95 % interval
+    high: float  # upper end of the 95 % interval
 
 
 @dataclass(frozen=True, slots=True)

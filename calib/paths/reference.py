@@ -41,20 +41,12 @@ _SPEED_HALF_TIME = 0.05  # [s] half of the interval over which the speed at a fi
 
 @dataclass(frozen=True, slots=True)
 class ReferenceProblem:
-    """Drives of one robot, with a reference on it whose pose is measured.
+    """Drives of one robot, with a reference on it whose pose is measured."""
 
-    Attributes:
-        drives: Drives of the robot; each is a chain.
-        kinematics: Nominal kinematic model of the robot.
-        with_offset: Whether the reference's pose on the robot is estimated.
-        with_time: Whether the offset of the reference's clock is estimated: its pose at t is that of the
-            robot at t + offset.
-    """
-
-    drives: tuple[Drive, ...]
-    kinematics: Kinematics
-    with_offset: bool = False
-    with_time: bool = False
+    drives: tuple[Drive, ...]  # drives of the robot; each is a chain
+    kinematics: Kinematics  # nominal kinematic model of the robot
+    with_offset: bool = False  # whether the reference's pose on the robot is estimated
+    with_time: bool = False  # whether its clock's offset is estimated: at t it shows the robot at t + offset
 
     @property
     def source(self) -> str:

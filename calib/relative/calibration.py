@@ -54,25 +54,15 @@ OUTLIER_THRESHOLD = float(
 
 @dataclass(frozen=True, slots=True)
 class RelativeCalibration:
-    """The calibration of a truck and of a sensor's pose on it.
+    """The calibration of a truck and of a sensor's pose on it."""
 
-    Attributes:
-        source: Where the relative poses come from.
-        estimate: Coordinates of the truck, then x, y [m] and yaw [rad] of the sensor on it.
-        truck: The calibrated truck.
-        sensor: Pose of the sensor on the truck, `(3,)`.
-        quantities: Sizes of the truck and the sensor's pose, with intervals.
-        missing_motion: Kind of motion that is missing; None if all coordinates are identified.
-        outlying: Number of down-weighted motions.
-    """
-
-    source: str
-    estimate: Estimate
+    source: str  # where the relative poses come from
+    estimate: Estimate  # coordinates of the truck, then x, y [m] and yaw [rad] of the sensor on it
     truck: Truck
-    sensor: Array
-    quantities: tuple[Quantity, ...]
-    missing_motion: str | None
-    outlying: int
+    sensor: Array  # pose of the sensor on the truck, `(3,)`
+    quantities: tuple[Quantity, ...]  # sizes of the truck and the sensor's pose, with intervals
+    missing_motion: str | None  # kind of motion that is missing; None if all coordinates are identified
+    outlying: int  # number of down-weighted motions
 
 
 class _Wheels:

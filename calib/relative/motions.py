@@ -28,21 +28,13 @@ _MIN_TRAVEL = 0.1  # [m] of a wheel's travel below which the robot stands
 
 @dataclass(frozen=True, slots=True)
 class Motions:
-    """Relative poses of a sensor.
+    """Relative poses of a sensor."""
 
-    Attributes:
-        source: File or recording that they come from.
-        start: Time of the first scan of each [s], on the recording's clock, `(K,)`.
-        end: Time of the second one [s], `(K,)`.
-        pose: Sensor at the second scan, seen from the first: x, y [m], theta [rad], `(K, 3)`.
-        sigma: Standard deviations, in the frame of the second scan [m, m, rad], `(K, 3)`.
-    """
-
-    source: str
-    start: Array
-    end: Array
-    pose: Array
-    sigma: Array
+    source: str  # file or recording that they come from
+    start: Array  # time of the first scan of each [s], on the recording's clock, `(K,)`
+    end: Array  # time of the second one [s], `(K,)`
+    pose: Array  # sensor at the second scan, seen from the first: x, y [m], theta [rad], `(K, 3)`
+    sigma: Array  # standard deviations, in the frame of the second scan [m, m, rad], `(K, 3)`
 
 
 def load_motions(path: Path) -> Motions:

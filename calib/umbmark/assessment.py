@@ -23,17 +23,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Assessment:
-    """Calibrations of a truck from an experiment, with advice.
+    """Calibrations of a truck from an experiment, with advice."""
 
-    Attributes:
-        experiment: The experiment, without runs that do not fit the others.
-        calibrations: Its calibration by each method that its data allow.
-        advice: Problems of its recordings, then of its return errors.
-    """
-
-    experiment: Experiment
-    calibrations: tuple[Calibration, ...]
-    advice: tuple[Advice, ...]
+    experiment: Experiment  # the experiment, without runs that do not fit the others
+    calibrations: tuple[Calibration, ...]  # its calibration by each method that its data allow
+    advice: tuple[Advice, ...]  # problems of its recordings, then of its return errors
 
     @property
     def is_usable(self) -> bool:

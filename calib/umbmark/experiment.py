@@ -32,19 +32,12 @@ METHODS: tuple[Method, ...] = get_args(Method)
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """Return errors, the parameters that they were calculated with, and the runs where they are known.
+    """Return errors, the parameters that they were calculated with, and the runs where they are known."""
 
-    Attributes:
-        source: File or folder that the data come from.
-        truck: Parameters that the odometry used.
-        errors: Return errors of the runs.
-        runs: The runs; empty for a tape-measured table.
-    """
-
-    source: str
-    truck: Truck
+    source: str  # file or folder that the data come from
+    truck: Truck  # parameters that the odometry used
     errors: ReturnErrors
-    runs: tuple[SquareRun, ...] = ()
+    runs: tuple[SquareRun, ...] = ()  # the runs; empty for a tape-measured table
 
     def without(self, direction: SquareDirection, place: int) -> Experiment:
         """Return the experiment without the run at a place, from 0, among those of its direction."""
@@ -72,19 +65,12 @@ class Experiment:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """The calibration of a truck from one experiment by one method.
+    """The calibration of a truck from one experiment by one method."""
 
-    Attributes:
-        experiment: The experiment that the calibration rests on.
-        correction: The correction alpha, beta, E_b, E_d.
-        truck: The corrected parameters.
-        errors: Return errors of the experiment with the corrected parameters.
-    """
-
-    experiment: Experiment
-    correction: Correction
-    truck: Truck
-    errors: ReturnErrors
+    experiment: Experiment  # the experiment that the calibration rests on
+    correction: Correction  # the correction alpha, beta, E_b, E_d
+    truck: Truck  # the corrected parameters
+    errors: ReturnErrors  # return errors of the experiment with the corrected parameters
 
     @property
     def factors(self) -> Factors:
