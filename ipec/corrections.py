@@ -23,32 +23,21 @@ PLAIN, CLAPPER, OMNIMATE = range(3)
 
 
 class Settings(Scales):
-    """Constants of a corrector.
+    """Constants of a corrector."""
 
-    Attributes:
-        law: Equations: PLAIN, CLAPPER or OMNIMATE.
-        tolerance: Error of each truck's heading that is not corrected [rad], shape `(2,)`: half a count of
-            the joint plus the resolution of the wheels.
-    """
-
-    law: int
+    law: int  # equations: PLAIN, CLAPPER or OMNIMATE
+    # Error of each truck's heading that is not corrected [rad]: half a count of the joint plus the resolution
+    # of the wheels
     tolerance: Annotated[Array, 2]
 
 
 class State(Reading):
-    """The last sample and the poses after it.
+    """The last sample and the poses after it."""
 
-    Attributes:
-        placed: 1 once truck b's pose has been initialised from the linkage.
-        pose: Poses of truck a and b [m, m, rad], shape `(2, 3)`.
-        correction: Correction of both headings in this sample [rad], shape `(2,)`.
-        taken_back: Travel of truck a taken back in this sample, C (14) [m].
-    """
-
-    placed: int
-    pose: Annotated[Array, (2, 3)]
-    correction: Annotated[Array, 2]
-    taken_back: float
+    placed: int  # 1 once truck b's pose has been initialised from the linkage
+    pose: Annotated[Array, (2, 3)]  # poses of truck a and b [m, m, rad]
+    correction: Annotated[Array, 2]  # correction of both headings in this sample [rad]
+    taken_back: float  # travel of truck a taken back in this sample, C (14) [m]
 
 
 @compiled

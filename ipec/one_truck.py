@@ -38,38 +38,22 @@ MOVED_AFTER = 3
 
 
 class OneTruckSettings:
-    """Constants of the filter.
+    """Constants of the filter."""
 
-    Attributes:
-        scale: Metres per count of the left and the right wheel, shape `(2,)`.
-        wheelbase: Nominal wheelbase [m].
-        roughness: Variance of a wheel's travel after one metre [m].
-        drift: Variance of the change of a factor in one metre [1/m].
-    """
-
-    scale: Annotated[Array, 2]
-    wheelbase: float
-    roughness: float
-    drift: float
+    scale: Annotated[Array, 2]  # metres per count of the left and the right wheel
+    wheelbase: float  # nominal wheelbase [m]
+    roughness: float  # variance of a wheel's travel after one metre [m]
+    drift: float  # variance of the change of a factor in one metre [1/m]
 
 
 class OneTruckRecord:
-    """The estimate after a sample.
+    """The estimate after a sample."""
 
-    Attributes:
-        started: 1 once both wheels were read.
-        wild: Number of wild poses since the last one that was not.
-        counts: Counts of the left and the right wheel when both were last read, shape `(2,)`.
-        mean: Pose [m, m, rad]; true over nominal diameter of the left and of the right wheel and wheelbase,
-            each minus 1; shape `(6,)`.
-        covariance: Its covariance, shape `(6, 6)`.
-    """
-
-    started: int
-    wild: int
-    counts: Annotated[IntArray, 2]
-    mean: Annotated[Array, STATES]
-    covariance: Annotated[Array, (STATES, STATES)]
+    started: int  # 1 once both wheels were read
+    wild: int  # number of wild poses since the last one that was not
+    counts: Annotated[IntArray, 2]  # counts of the left and the right wheel when both were last read
+    mean: Annotated[Array, STATES]  # pose [m, m, rad]; true over nominal diameters and wheelbase, minus 1
+    covariance: Annotated[Array, (STATES, STATES)]  # its covariance
 
 
 @compiled
@@ -208,13 +192,9 @@ def run(
 
 @dataclass(frozen=True, slots=True)
 class OneTruckState:
-    """The estimate after a sample. It is never changed: each step returns another one.
+    """The estimate after a sample. It is never changed: each step returns another one."""
 
-    Attributes:
-        record: The estimate as one record `(1,)` of `OneTruckRecord`.
-    """
-
-    record: Record
+    record: Record  # the estimate as one record `(1,)` of `OneTruckRecord`
 
     @property
     def pose(self) -> Array:

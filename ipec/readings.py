@@ -24,41 +24,24 @@ if TYPE_CHECKING:
 
 
 class Scales:
-    """Scale factors and geometry of a robot.
+    """Scale factors and geometry of a robot."""
 
-    Attributes:
-        scale: Metres per count of a wheel and of the link, radians per count of a joint, shape `(7,)`.
-        zero: Counts at angle 0, or at the link's length at rest, shape `(7,)`.
-        length: Length of the link at rest [m].
-        wheelbase: Wheelbase of truck a and b [m], shape `(2,)`.
-    """
-
-    scale: Annotated[Array, 7]
-    zero: Annotated[IntArray, 7]
-    length: float
-    wheelbase: Annotated[Array, 2]
+    scale: Annotated[Array, 7]  # metres per count of a wheel and of the link, radians per count of a joint
+    zero: Annotated[IntArray, 7]  # counts at angle 0, or at the link's length at rest
+    length: float  # length of the link at rest [m]
+    wheelbase: Annotated[Array, 2]  # wheelbase of truck a and b [m]
 
 
 class Reading:
-    """One sample in SI units, and the counts that the next one starts from.
+    """One sample in SI units, and the counts that the next one starts from."""
 
-    Attributes:
-        started: 1 for a truck whose wheels have been read, shape `(2,)`.
-        counts: Counts of each wheel where its truck was last read, shape `(4,)`.
-        moved: 1 for a truck whose wheels were both read in this sample and in an earlier one, `(2,)`.
-        travel: Travel of each wheel since its truck was last read [m], shape `(4,)`.
-        linked: 1 where both joints and the link were read.
-        joint: Angles of joint_a and joint_b [rad], shape `(2,)`.
-        length: Length of the link [m].
-    """
-
-    started: Annotated[IntArray, 2]
-    counts: Annotated[IntArray, 4]
-    moved: Annotated[IntArray, 2]
-    travel: Annotated[Array, 4]
-    linked: int
-    joint: Annotated[Array, 2]
-    length: float
+    started: Annotated[IntArray, 2]  # 1 for a truck whose wheels have been read
+    counts: Annotated[IntArray, 4]  # counts of each wheel where its truck was last read
+    moved: Annotated[IntArray, 2]  # 1 for a truck whose wheels were both read now and in an earlier sample
+    travel: Annotated[Array, 4]  # travel of each wheel since its truck was last read [m]
+    linked: int  # 1 where both joints and the link were read
+    joint: Annotated[Array, 2]  # angles of joint_a and joint_b [rad]
+    length: float  # length of the link [m]
 
 
 def scales_of(vehicle: VehicleParameters) -> Record:

@@ -48,27 +48,16 @@ CHECKED_SAMPLES = 2000  # latest samples that are checked for frozen channels: h
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Poses by all methods at one sample, and the corrections since the previous row.
+    """Poses by all methods at one sample, and the corrections since the previous row."""
 
-    Attributes:
-        time: Time of the last sample on the recording's clock [s].
-        plain: Pose of truck a by dead reckoning [m, m, rad], shape `(3,)`.
-        ipec: Pose of truck a by the CLAPPER's correction [m, m, rad], shape `(3,)`.
-        filtered: Pose of truck a by the filter [m, m, rad], shape `(3,)`.
-        sigma: Standard deviations of `filtered` [m, m, rad], shape `(3,)`.
-        follower: Pose of truck b by the filter [m, m, rad], shape `(3,)`.
-        corrections: Corrections of both headings by IPEC since the previous row [rad], shape `(2,)`.
-        lost: Travel that each of `WHEELS` lost since the previous row, by the filter [m], shape `(4,)`.
-    """
-
-    time: float
-    plain: Array
-    ipec: Array
-    filtered: Array
-    sigma: Array
-    follower: Array
-    corrections: Array
-    lost: Array
+    time: float  # time of the last sample on the recording's clock [s]
+    plain: Array  # pose of truck a by dead reckoning [m, m, rad], `(3,)`
+    ipec: Array  # pose of truck a by the CLAPPER's correction [m, m, rad], `(3,)`
+    filtered: Array  # pose of truck a by the filter [m, m, rad], `(3,)`
+    sigma: Array  # standard deviations of `filtered` [m, m, rad], `(3,)`
+    follower: Array  # pose of truck b by the filter [m, m, rad], `(3,)`
+    corrections: Array  # corrections of both headings by IPEC since the previous row [rad], `(2,)`
+    lost: Array  # travel that each of `WHEELS` lost since the previous row, by the filter [m], `(4,)`
 
     def as_dict(self) -> dict[str, float | None]:
         """Return the row as flat names and numbers; None for what is not known."""

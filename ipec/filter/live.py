@@ -51,16 +51,10 @@ NO_MOVES = np.empty((0, STATES + 2))  # nothing of the mixture is stored
 
 @dataclass(frozen=True, slots=True)
 class FilteredState:
-    """The estimate after a sample. It is never changed: each step returns another one.
+    """The estimate after a sample. It is never changed: each step returns another one."""
 
-    Attributes:
-        record: The estimate as one read-only record `(1,)` of `omnimate.ipec.filter.records.FilterState`.
-        filters: The open filters as read-only records `(H,)` of `omnimate.ipec.filter.records.OpenFilter`;
-            shared by states of the same step.
-    """
-
-    record: Record
-    filters: Record
+    record: Record  # one read-only record `(1,)` of `omnimate.ipec.filter.records.FilterState`
+    filters: Record  # read-only records `(H,)` of `OpenFilter`, shared by states of the same step
 
     def pose(self, truck: TruckName = "a") -> Array:
         """Return the pose x, y, heading of a truck [m, m, rad], shape `(3,)`.

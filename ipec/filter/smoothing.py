@@ -35,19 +35,12 @@ from omnimate.vehicle.matrices import add_scaled, multiply
 
 
 class Block(NamedTuple):
-    """The smoothed steps of a block of samples.
+    """The smoothed steps of a block of samples."""
 
-    Attributes:
-        samples: Number of the sample of each step, shape `(M,)`, ascending.
-        moves: From the filter's states to the smoothed ones after and before each step, shape `(M, 2, 6)`.
-        sigmas: Standard deviations of both trucks' poses, shape `(M, 2, 3)`.
-        lost: Travel that each wheel lost in each step [m], shape `(M, 4)`.
-    """
-
-    samples: IntArray
-    moves: Array
-    sigmas: Array
-    lost: Array
+    samples: IntArray  # number of the sample of each step, `(M,)`, ascending
+    moves: Array  # from the filter's states to the smoothed ones after and before each step, `(M, 2, 6)`
+    sigmas: Array  # standard deviations of both trucks' poses, `(M, 2, 3)`
+    lost: Array  # travel that each wheel lost in each step [m], `(M, 4)`
 
 
 @compiled
