@@ -23,19 +23,12 @@ SYNC_SKEW = 5e-4  # [s] spread of sampling times on one SYNC: interrupt and inpu
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """The last samples of a channel.
+    """The last samples of a channel."""
 
-    Attributes:
-        start: Time of the very first sample [s].
-        time: Times of the samples that are still needed, shape `(H,)` [s].
-        value: Values of these samples, shape `(H,)`.
-        shown: Last value that was sent.
-    """
-
-    start: float
-    time: Array
-    value: Array
-    shown: float
+    start: float  # time of the very first sample [s]
+    time: Array  # times of the samples that are still needed, `(H,)` [s]
+    value: Array  # values of these samples, `(H,)`
+    shown: float  # last value that was sent
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,12 +91,9 @@ class Younger(AgedSamples):
     """The opposite of an effect that ages samples: each is the value of as much later a time.
 
     It is for whole recordings, in which later values are known.
-
-    Attributes:
-        than: The effect.
     """
 
-    than: AgedSamples
+    than: AgedSamples  # the effect
 
     name = "younger"
     stage = "reading"

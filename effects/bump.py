@@ -30,15 +30,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class BumpEvents(Effect):
-    """Obstacles under one wheel.
+    """Obstacles under one wheel."""
 
-    Attributes:
-        times: Time at which each crossing begins, on the recording's clock [s].
-        lost: Travel that is rolled but not travelled in each crossing [m].
-    """
-
-    times: tuple[float, ...] = ()
-    lost: tuple[float, ...] = ()
+    times: tuple[float, ...] = ()  # time at which each crossing begins, on the recording's clock [s]
+    lost: tuple[float, ...] = ()  # travel that is rolled but not travelled in each crossing [m]
 
     name = "bump"
     stage = "travel"

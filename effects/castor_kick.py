@@ -37,16 +37,10 @@ SWING_DISTANCES = (0.0, 0.05, 0.15)  # [m] trial values: up to a few times a cas
 
 @dataclass(frozen=True, slots=True)
 class CastorKick(Effect):
-    """The truck yaws at every reversal of its travel.
+    """The truck yaws at every reversal of its travel."""
 
-    Attributes:
-        yaw: Yaw at each reversal [rad].
-        swing: Distance after a reversal over which the castors swing round, and the truck yaws [m]; 0 where
-            it yaws at once.
-    """
-
-    yaw: float = 0.0
-    swing: float = 0.0
+    yaw: float = 0.0  # yaw at each reversal [rad]
+    swing: float = 0.0  # distance after a reversal over which the truck yaws [m]; 0 where it yaws at once
 
     name = "castor_kick"
     stage = "body"

@@ -31,13 +31,9 @@ SYNCHRONISED_ODDS_FACTOR = 10.0
 
 @dataclass(frozen=True, slots=True)
 class ClockDrift(AgedSamples):
-    """The age of the samples grows with time.
+    """The age of the samples grows with time."""
 
-    Attributes:
-        rate: Age that the samples gain per time [s/s].
-    """
-
-    rate: float = 0.0
+    rate: float = 0.0  # age that the samples gain per time [s/s]
 
     name = "clock_drift"
     stage = "reading"

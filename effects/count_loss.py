@@ -28,15 +28,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class CountLoss(Effect):
-    """A fraction of the counts is lost while the wheel is faster than a speed.
+    """A fraction of the counts is lost while the wheel is faster than a speed."""
 
-    Attributes:
-        fraction: Part of the counts that never arrives.
-        above: Speed of the wheel above which counts are lost [m/s].
-    """
-
-    fraction: float = 0.0
-    above: float = 0.1
+    fraction: float = 0.0  # part of the counts that never arrives
+    above: float = 0.1  # speed of the wheel above which counts are lost [m/s]
 
     name = "count_loss"
     stage = "encoder"

@@ -29,17 +29,11 @@ _NEWTON_STEPS = 20
 
 @dataclass(frozen=True, slots=True)
 class Crossing:
-    """One crossing of an obstacle by a stiff wheel.
+    """One crossing of an obstacle by a stiff wheel."""
 
-    Attributes:
-        reach: Distance of the wheel's centre from its centre of rotation, r [m].
-        half_angle: Half of the angle through which the centre swings, q [rad].
-        travelled: Travel that the centre travels over the ground, 2 r sin q [m].
-    """
-
-    reach: float
-    half_angle: float
-    travelled: float
+    reach: float  # distance of the wheel's centre from its centre of rotation, r [m]
+    half_angle: float  # half of the angle through which the centre swings, q [rad]
+    travelled: float  # travel that the centre travels over the ground, 2 r sin q [m]
 
     @property
     def lost(self) -> float:

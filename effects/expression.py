@@ -59,13 +59,9 @@ NEGATIVE = Function(np.negative, 1)
 
 @dataclass(frozen=True, slots=True)
 class Expression:
-    """A parsed formula.
+    """A parsed formula."""
 
-    Attributes:
-        steps: Operations on the stack: push a number or a variable (by name), or apply a function.
-    """
-
-    steps: tuple[float | str | Function, ...]
+    steps: tuple[float | str | Function, ...]  # push a number or a variable, or apply a function
 
     @property
     def variables(self) -> frozenset[str]:

@@ -35,17 +35,12 @@ FILM_DISCREPANCY = 0.15  # [1] relative error of creep on a film, stated for a m
 
 @dataclass(frozen=True, slots=True)
 class FloorSlope(TruckEffect):
-    """The truck creeps towards one direction of the floor.
+    """The truck creeps towards one direction of the floor."""
 
-    Attributes:
-        rate: Creep per metre travelled.
-        direction: Direction of the creep in the world, counter-clockwise from x [rad].
-        pace: Speed of travel at which a yielding film lets the truck creep by `rate`, and with the same
-            speed while it stands [m/s]; 0 where the creep goes with the distance driven.
-    """
-
-    rate: float = 0.0
-    direction: float = 0.0
+    rate: float = 0.0  # creep per metre travelled
+    direction: float = 0.0  # direction of the creep in the world, counter-clockwise from x [rad]
+    # Speed of travel at which a yielding film lets the truck creep by `rate`, and with the same speed while
+    # it stands [m/s]; 0 where the creep goes with the distance driven
     pace: float = 0.0
 
     name = "floor_slope"

@@ -32,13 +32,9 @@ TYPICAL_GEAR_PLAY = math.radians(1.0)
 
 @dataclass(frozen=True, slots=True)
 class GearBacklash(Effect):
-    """The wheel follows its motor through a play.
+    """The wheel follows its motor through a play."""
 
-    Attributes:
-        width: Width of the whole play, as travel of the wheel [m].
-    """
-
-    width: float = 0.0
+    width: float = 0.0  # width of the whole play, as travel of the wheel [m]
 
     name = "gear_backlash"
     stage = "travel"

@@ -26,17 +26,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class GearHarmonic(WheelEffect):
-    """The travel is s + amplitude cos(order angle + phase).
+    """The travel is s + amplitude cos(order angle + phase)."""
 
-    Attributes:
-        amplitude: Amplitude of the travel [m].
-        order: Number of beats per turn of the wheel.
-        phase: Phase of the beat at the encoder's zero [rad].
-    """
-
-    amplitude: float = 0.0
-    order: float = 2.0
-    phase: float = 0.0
+    amplitude: float = 0.0  # amplitude of the travel [m]
+    order: float = 2.0  # number of beats per turn of the wheel
+    phase: float = 0.0  # phase of the beat at the encoder's zero [rad]
 
     name = "gear_harmonic"
     parameters = (

@@ -24,13 +24,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class JointBacklash(Effect):
-    """The reading follows the joint through a play.
+    """The reading follows the joint through a play."""
 
-    Attributes:
-        width: Width of the whole play [rad].
-    """
-
-    width: float = 0.0
+    width: float = 0.0  # width of the whole play [rad]
 
     name = "joint_backlash"
     stage = "reading"

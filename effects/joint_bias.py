@@ -23,13 +23,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class JointBias(ChannelEffect):
-    """The reading is the joint's angle plus a constant.
+    """The reading is the joint's angle plus a constant."""
 
-    Attributes:
-        bias: Angle that the joint reads too much [rad].
-    """
-
-    bias: float = 0.0
+    bias: float = 0.0  # angle that the joint reads too much [rad]
 
     name = "joint_bias"
     components = JOINT

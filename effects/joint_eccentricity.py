@@ -25,15 +25,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class JointEccentricity(ChannelEffect):
-    """The reading is angle + amplitude cos(angle + phase).
+    """The reading is angle + amplitude cos(angle + phase)."""
 
-    Attributes:
-        amplitude: Largest error of the reading [rad].
-        phase: Phase of the error at angle 0 [rad].
-    """
-
-    amplitude: float = 0.0
-    phase: float = 0.0
+    amplitude: float = 0.0  # largest error of the reading [rad]
+    phase: float = 0.0  # phase of the error at angle 0 [rad]
 
     name = "joint_eccentricity"
     components = JOINT

@@ -25,13 +25,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Latency(AgedSamples):
-    """Every sample is the value of an earlier time.
+    """Every sample is the value of an earlier time."""
 
-    Attributes:
-        delay: Age of every sample [s].
-    """
-
-    delay: float = 0.0
+    delay: float = 0.0  # age of every sample [s]
 
     name = "latency"
     stage = "reading"

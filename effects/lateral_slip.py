@@ -24,13 +24,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LateralSlip(TruckEffect):
-    """The sideways speed, outwards, is compliance v yaw rate.
+    """The sideways speed, outwards, is compliance v yaw rate."""
 
-    Attributes:
-        compliance: Sideways speed per lateral acceleration [s].
-    """
-
-    compliance: float = 0.0
+    compliance: float = 0.0  # sideways speed per lateral acceleration [s]
 
     name = "lateral_slip"
     parameters = (Parameter("compliance", "s", null=0.0, scale=0.02, low=0.0, high=10.0),)

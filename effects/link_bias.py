@@ -23,13 +23,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LinkBias(ChannelEffect):
-    """The reading is the link's length plus a constant.
+    """The reading is the link's length plus a constant."""
 
-    Attributes:
-        bias: Length that the link reads too much [m].
-    """
-
-    bias: float = 0.0
+    bias: float = 0.0  # length that the link reads too much [m]
 
     name = "link_bias"
     components = LINK

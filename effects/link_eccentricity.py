@@ -26,15 +26,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LinkEccentricity(ChannelEffect):
-    """The reading is length + amplitude cos(angle of joint_a + phase).
+    """The reading is length + amplitude cos(angle of joint_a + phase)."""
 
-    Attributes:
-        amplitude: Largest error of the reading [m].
-        phase: Phase of the error at angle 0 of joint_a [rad].
-    """
-
-    amplitude: float = 0.0
-    phase: float = 0.0
+    amplitude: float = 0.0  # largest error of the reading [m]
+    phase: float = 0.0  # phase of the error at angle 0 of joint_a [rad]
 
     name = "link_eccentricity"
     components = LINK

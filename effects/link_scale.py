@@ -23,13 +23,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LinkScale(ChannelEffect):
-    """The difference from the length at rest is multiplied by a ratio.
+    """The difference from the length at rest is multiplied by a ratio."""
 
-    Attributes:
-        ratio: Difference from the length at rest as it is read, divided by the true one.
-    """
-
-    ratio: float = 1.0
+    ratio: float = 1.0  # difference from the length at rest as it is read, divided by the true one
 
     name = "link_scale"
     components = LINK

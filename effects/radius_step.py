@@ -25,15 +25,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RadiusStep(WheelEffect):
-    """The rolling radius is R before a moment and ratio R after it.
+    """The rolling radius is R before a moment and ratio R after it."""
 
-    Attributes:
-        ratio: Radius after the moment, divided by the radius before it.
-        time: Moment of the step, on the recording's clock [s].
-    """
-
-    ratio: float = 1.0
-    time: float = 0.0
+    ratio: float = 1.0  # radius after the moment, divided by the radius before it
+    time: float = 0.0  # moment of the step, on the recording's clock [s]
 
     name = "radius_step"
     parameters = (

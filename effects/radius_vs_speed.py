@@ -25,13 +25,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RadiusVsSpeed(WheelEffect):
-    """The rolling radius is R (1 + slope |speed|).
+    """The rolling radius is R (1 + slope |speed|)."""
 
-    Attributes:
-        slope: Relative change of the radius per speed of the wheel [1/(m/s)].
-    """
-
-    slope: float = 0.0
+    slope: float = 0.0  # relative change of the radius per speed of the wheel [1/(m/s)]
 
     name = "radius_vs_speed"
     parameters = (Parameter("slope", "1/(m/s)", null=0.0, scale=0.01, low=-1.0, high=1.0),)

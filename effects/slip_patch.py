@@ -28,16 +28,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SlipPatch(WheelEffect):
-    """Within intervals of time, the travel is (1 - fraction) of the rolled distance.
+    """Within intervals of time, the travel is (1 - fraction) of the rolled distance."""
 
-    Attributes:
-        fraction: Part of the rolled distance that is not travelled.
-        intervals: Pairs of start and end, on the recording's clock [s]; without any pair the wheel always
-            slips.
-    """
-
-    fraction: float = 0.0
-    intervals: tuple[tuple[float, float], ...] = ()
+    fraction: float = 0.0  # part of the rolled distance that is not travelled
+    intervals: tuple[tuple[float, float], ...] = ()  # [s] on the recording's clock; none: always
 
     name = "slip_patch"
     parameters = (

@@ -27,13 +27,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TractionSlip(WheelEffect):
-    """The travelled speed is v - compliance a |v|.
+    """The travelled speed is v - compliance a |v|."""
 
-    Attributes:
-        compliance: Slip per acceleration [s^2/m].
-    """
-
-    compliance: float = 0.0
+    compliance: float = 0.0  # slip per acceleration [s^2/m]
 
     name = "traction_slip"
     components = (*WHEEL, *TRUCK)

@@ -27,13 +27,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TurnScrub(TruckEffect):
-    """The effective wheelbase is b (1 + slope |curvature|).
+    """The effective wheelbase is b (1 + slope |curvature|)."""
 
-    Attributes:
-        slope: Relative growth of the wheelbase per curvature [m].
-    """
-
-    slope: float = 0.0
+    slope: float = 0.0  # relative growth of the wheelbase per curvature [m]
 
     name = "turn_scrub"
     parameters = (Parameter("slope", "m", null=0.0, scale=0.005, low=-1.0, high=1.0),)

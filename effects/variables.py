@@ -23,17 +23,11 @@ if TYPE_CHECKING:
 
 
 class MotionState(NamedTuple):
-    """State of a component's motion before a block.
+    """State of a component's motion before a block."""
 
-    Attributes:
-        start: Time at the start of the drive [s].
-        way: Distance rolled since then, forward and back [m].
-        past: Weighted mean of earlier accelerations [m/s^2], see `past_acceleration`.
-    """
-
-    start: float
-    way: float
-    past: float = 0.0
+    start: float  # time at the start of the drive [s]
+    way: float  # distance rolled since then, forward and back [m]
+    past: float = 0.0  # weighted mean of earlier accelerations [m/s^2], see `past_acceleration`
 
 
 PAST_ACCELERATION_TIME = 1.0  # [s] time constant of `past_acceleration`: longer than a change of speed
@@ -156,17 +150,11 @@ def _decaying_sum(kept: Array, gained: Array, start: float) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A variable on which a law may depend.
+    """A variable on which a law may depend."""
 
-    Attributes:
-        unit: SI unit; "rad" for an angle.
-        about: Description.
-        of: Function from a component's motion to the variable, shape `(K,)`.
-    """
-
-    unit: str
+    unit: str  # SI unit; "rad" for an angle
     about: str
-    of: Callable[[Motion], Array]
+    of: Callable[[Motion], Array]  # function from a component's motion to the variable, `(K,)`
 
 
 WHEEL_ANGLE = "wheel_angle"

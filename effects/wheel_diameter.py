@@ -26,13 +26,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class WheelDiameter(WheelEffect):
-    """The wheel's travel is multiplied by a ratio.
+    """The wheel's travel is multiplied by a ratio."""
 
-    Attributes:
-        ratio: True circumference of the wheel, divided by the nominal one.
-    """
-
-    ratio: float = 1.0
+    ratio: float = 1.0  # true circumference of the wheel, divided by the nominal one
 
     name = "wheel_diameter"
     parameters = (Parameter("ratio", "1", null=1.0, scale=0.01, low=0.5, high=2.0),)

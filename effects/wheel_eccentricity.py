@@ -27,15 +27,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class WheelEccentricity(WheelEffect):
-    """The rolling radius is R + amplitude cos(angle + phase).
+    """The rolling radius is R + amplitude cos(angle + phase)."""
 
-    Attributes:
-        amplitude: Amplitude of the rolling radius [m].
-        phase: Phase of the wave at the encoder's zero [rad].
-    """
-
-    amplitude: float = 0.0
-    phase: float = 0.0
+    amplitude: float = 0.0  # amplitude of the rolling radius [m]
+    phase: float = 0.0  # phase of the wave at the encoder's zero [rad]
 
     name = "wheel_eccentricity"
     parameters = (

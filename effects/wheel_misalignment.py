@@ -26,13 +26,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class WheelMisalignment(TruckEffect):
-    """The truck travels at an angle to its frame's straight ahead.
+    """The truck travels at an angle to its frame's straight ahead."""
 
-    Attributes:
-        angle: Angle of the axle in the frame, counter-clockwise [rad].
-    """
-
-    angle: float = 0.0
+    angle: float = 0.0  # angle of the axle in the frame, counter-clockwise [rad]
 
     name = "wheel_misalignment"
     parameters = (Parameter("angle", "rad", null=0.0, scale=0.01, low=-1.0, high=1.0),)

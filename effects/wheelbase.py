@@ -26,13 +26,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Wheelbase(TruckEffect):
-    """The effective wheelbase is the nominal one, multiplied by a ratio.
+    """The effective wheelbase is the nominal one, multiplied by a ratio."""
 
-    Attributes:
-        ratio: True wheelbase, divided by the nominal one.
-    """
-
-    ratio: float = 1.0
+    ratio: float = 1.0  # true wheelbase, divided by the nominal one
 
     name = "wheelbase"
     parameters = (Parameter("ratio", "1", null=1.0, scale=0.01, low=0.5, high=2.0),)
