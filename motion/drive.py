@@ -40,19 +40,12 @@ class Robot(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """State of the drive after a sample.
-
-    Attributes:
-        sample: The sample that was read.
-        pose: Pose of truck a by odometry, before a fix.
-        lap: Number of the lap that is being driven, from 0; None between laps.
-        fix: Absolute pose of truck a, shape `(3,)`, where it was measured now; odometry goes on from it.
-    """
+    """State of the drive after a sample."""
 
     sample: Sample
-    pose: PoseTuple
-    lap: int | None
-    fix: Array | None = None
+    pose: PoseTuple  # pose of truck a by odometry, before a fix
+    lap: int | None  # number of the lap that is being driven, from 0; None between laps
+    fix: Array | None = None  # absolute pose of truck a measured now, `(3,)`; odometry goes on from it
 
     @property
     def error(self) -> PoseTuple | None:
