@@ -6,17 +6,12 @@ Latency and clock drift are subclasses; they differ in the age of the samples on
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from omnimate.effects.block import LINKAGE, wheel_number
-from omnimate.effects.effect import JOINT, LINK, POSES, WHEEL, Effect
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import JOINT, LINK, POSES, WHEEL, Array, Block, Effect, Stage
 
 SYNC_SKEW = 5e-4  # [s] spread of sampling times on one SYNC: interrupt and input filter (assumption)
 
@@ -34,6 +29,9 @@ class History:
 @dataclass(frozen=True, slots=True)
 class AgedSamples(Effect):
     """An effect that makes the samples of one channel, or the poses, older."""
+
+    stage: ClassVar[Stage] = "reading"
+    components: ClassVar[tuple[str, ...]] = (*WHEEL, *JOINT, *LINK, *POSES)
 
     def age(self, time: Array, start: float) -> Array:
         """Return the age of samples `(K,)` [s] at times [s]; the drive began at `start` [s]."""
@@ -96,8 +94,6 @@ class Younger(AgedSamples):
     than: AgedSamples  # the effect
 
     name = "younger"
-    stage = "reading"
-    components = (*WHEEL, *JOINT, *LINK, *POSES)
     parameters = ()
 
     def age(self, time: Array, start: float) -> Array:

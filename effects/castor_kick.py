@@ -18,19 +18,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimate.effects.block import truck_number
-from omnimate.effects.effect import FAULT, TRUCK, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, TRUCK, Array, Block, Drive, Effect, Parameter, Prior
 from omnimate.effects.play import play_output
 
 REVERSAL_DISTANCE = 1e-3  # [m] smallest motion back that counts as a reversal: above the noise of counts
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
-
-    from omnimate.effects.block import Block
-    from omnimate.effects.effect import Drive
-    from omnimate.vehicle.se2 import Array
 
 SWING_DISTANCES = (0.0, 0.05, 0.15)  # [m] trial values: up to a few times a castor's trail (assumption)
 
@@ -93,6 +87,6 @@ class CastorKick(Effect):
         return (after - before) / self.swing, float(total[-1] - turned[-1])
 
     @classmethod
-    def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:  # noqa: ARG003
+    def grid(cls, drive: Drive) -> list[dict[str, float]]:  # noqa: ARG003
         """Return distances over which castors swing round."""
         return [{"swing": swing} for swing in SWING_DISTANCES]

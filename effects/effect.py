@@ -10,15 +10,14 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from omnimate.effects.block import LINKAGE, truck_number, wheel_columns
+from omnimate.effects.block import Block as Block  # noqa: PLC0414  # an effect's file takes its types from here
 from omnimate.effects.errors import EffectError
 from omnimate.effects.words import component_in_words
+from omnimate.vehicle.parameters import VehicleParameters as VehicleParameters  # noqa: PLC0414, TC001
+from omnimate.vehicle.se2 import Array as Array  # noqa: PLC0414, TC001
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.se2 import Array
 
 Stage = Literal["encoder", "travel", "body", "reading", "poses"]
 STAGES: tuple[Stage, ...] = ("encoder", "travel", "body", "reading", "poses")

@@ -13,17 +13,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, WHEEL, Block, Effect, Parameter, Prior, VehicleParameters
 from omnimate.effects.play import play_output
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.parameters import VehicleParameters
 
 # [rad] Play of a small gear's output: 0.15 to 0.5 degrees for a low-backlash gear (maxon GP 32 BZ), about one
 # degree for others. Play of one wheel beyond that is a fault.

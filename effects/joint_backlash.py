@@ -12,14 +12,11 @@ The source is the play operator (Visintin, Differential Models of Hysteresis, 19
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import FAULT, JOINT, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, JOINT, Block, Effect, Parameter, Prior
 from omnimate.effects.play import play_output
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
 
 
 @dataclass(frozen=True, slots=True)

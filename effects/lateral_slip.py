@@ -13,13 +13,8 @@ The source is a tyre of linear cornering stiffness.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from omnimate.effects.effect import RARE, Parameter, Prior, TruckEffect
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import RARE, Array, Block, Parameter, Prior, TruckEffect
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,11 +30,8 @@ from omnimate.effects.variables import Motion, available_variables
 from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Array, Block, Stage, VehicleParameters
     from omnimate.effects.variables import MotionState
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.se2 import Array
 
 STAGE_OF: dict[str, Stage] = {"travel": "travel", "reading": "reading"}  # all others act on the body
 TWIST = {"forward": 0, "creep": 1, "yaw": 2, "turn": 2}  # column of a truck's motion

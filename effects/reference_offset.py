@@ -17,14 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimate.effects.effect import TRUCK, Effect, Parameter, Prior
+from omnimate.effects.effect import TRUCK, Array, Block, Effect, Parameter, Prior
 from omnimate.vehicle.se2 import compose, inverse
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)

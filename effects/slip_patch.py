@@ -13,17 +13,11 @@ The source is U III: slippage as a cause of non-systematic errors.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, Parameter, Prior, WheelEffect
+from omnimate.effects.effect import FAULT, Array, Block, Parameter, Prior, VehicleParameters, WheelEffect
 from omnimate.effects.words import component_in_words
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,15 +13,17 @@ The source is U (2.3): unequal wheel diameters.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from omnimate.effects.effect import MISCALIBRATED, Parameter, Prior, WheelEffect
+from omnimate.effects.effect import (
+    MISCALIBRATED,
+    Array,
+    Block,
+    Parameter,
+    Prior,
+    VehicleParameters,
+    WheelEffect,
+)
 from omnimate.effects.words import component_in_words
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)

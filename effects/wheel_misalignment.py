@@ -13,15 +13,10 @@ The source is the geometry of an axle that is turned in its frame.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, Parameter, Prior, TruckEffect
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import FAULT, Array, Block, Parameter, Prior, TruckEffect
 
 
 @dataclass(frozen=True, slots=True)
