@@ -71,19 +71,13 @@ class Problem(Protocol):
 
 def concatenate_chains(chains: list[Chains], lever: Array) -> Chains:
     """Return chains one after the other."""
-    return Chains(
-        first=np.concatenate([chain.first for chain in chains]),
-        start=np.concatenate([chain.start for chain in chains]),
-        left=np.concatenate([chain.left for chain in chains]),
-        right=np.concatenate([chain.right for chain in chains]),
-        sensitivity=np.concatenate([chain.sensitivity for chain in chains]),
-        process=np.concatenate([chain.process for chain in chains], axis=1),
-        measured=np.concatenate([chain.measured for chain in chains]),
-        stated=np.concatenate([chain.stated for chain in chains]),
-        scatter=np.concatenate([chain.scatter for chain in chains], axis=1),
-        lever=lever,
-        effect=np.concatenate([chain.effect for chain in chains]),
-    )
+    axes = {"process": 1, "scatter": 1}
+    joined = {
+        name: np.concatenate([getattr(chain, name) for chain in chains], axis=axes.get(name, 0))
+        for name in Chains._fields
+        if name != "lever"
+    }
+    return Chains(**joined, lever=lever)
 
 
 class Coordinate(NamedTuple):

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from omnimate.calib.estimation.chains import Chains
     from omnimate.calib.estimation.filtering import Smoothed
     from omnimate.vehicle.se2 import Array
+
 _OUTLIER_CHANCE = 1e-3  # probability that a good fix lies beyond the threshold
-_THRESHOLD = np.concatenate(
-    ([np.inf], chi2_upper_limit(_OUTLIER_CHANCE, [1, 2, 3]))
-)  # by number of known components
+# By number of known components.
+_THRESHOLD = np.concatenate(([np.inf], chi2_upper_limit(_OUTLIER_CHANCE, [1, 2, 3])))
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,10 +49,7 @@ class Assessment:
 def assess(experiment: Experiment, recordings: Sequence[Recording], truck: TruckName) -> Assessment:
     """Return the calibrations and the advice of an experiment.
 
-    Args:
-        experiment: The experiment.
-        recordings: The recordings that it comes from; empty where it comes from a table.
-        truck: Which truck of the robot it is about.
+    `recordings` are those that it comes from; there are none where it comes from a table.
 
     Raises:
         CalibrationError: The errors are beyond what a method can explain.

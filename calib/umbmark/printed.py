@@ -93,12 +93,9 @@ def factors_of(angles: Array, side: float, wheelbase: float, method: Method) -> 
 def solve_printed(errors: ReturnErrors, wheelbase: float, method: Method = "printed") -> Correction:
     """Return the correction by the paper's equations, or from the return headings alone.
 
-    Args:
-        errors: Return errors of the runs.
-        wheelbase: Nominal wheelbase, with which the odometry was calculated [m].
-        method: "printed-x" uses x alone, "printed-y" y alone; "printed" averages both as in footnote 2, with
-            the nominal b in (4.22); "printed-true-b" averages too and takes the corrected b; "heading" uses
-            neither x nor y.
+    "printed-x" uses x alone, "printed-y" y alone; "printed" averages both as in footnote 2, with the nominal
+    wheelbase b [m] in (4.22); "printed-true-b" averages too and takes the corrected b; "heading" uses neither
+    x nor y.
 
     Raises:
         CalibrationError: The errors are too large for small angles, or a heading is missing.

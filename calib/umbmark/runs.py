@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 SquareDirection = Literal["cw", "ccw"]
 
 _TURN_TOLERANCE = math.radians(45.0)  # [rad] tolerance of the total rotation: half a corner
-_FROZEN_WHEEL_TRAVEL = (
-    0.05  # [m] travel of the other wheel after which a wheel without counts is frozen (assumption)
-)
+_FROZEN_WHEEL_TRAVEL = 0.05  # [m] of the other wheel: one without counts is then frozen (assumption)
 _LENGTH_TOLERANCE = 0.15  # [1] relative tolerance of the total length (assumption)
 
 
