@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from omnimate.motion.reading import LinkReader
 from omnimate.vehicle.odometry import Odometer
+from omnimate.vehicle.parameters import CHANNELS
 from omnimate.vehicle.se2 import between, compose, wrap
 
 if TYPE_CHECKING:
@@ -128,3 +128,23 @@ def _measure_fixes(time: float, vehicle: VehicleParameters, journal: Journal, fi
         if truck == "a" and np.isfinite(pose).all():
             where = pose
     return where
+
+
+class LinkReader:
+    """Converts the counts of a sample to joint angles and link length; None for a single truck."""
+
+    def __init__(self, vehicle: VehicleParameters) -> None:
+        self._columns: list[tuple[int, int, float]] = []
+        self._length = 0.0
+        if vehicle.linkage is not None:
+            self._length = vehicle.linkage.length
+            for channel in CHANNELS[4:]:
+                encoder = vehicle.encoder(channel)
+                self._columns.append((vehicle.channels.index(encoder.channel), encoder.zero, encoder.scale))
+
+    def read(self, counts: Sequence[int]) -> tuple[float, float, float] | None:
+        """Return joint_a [rad], joint_b [rad] and the length [m] for counts in the order of the channels."""
+        if not self._columns:
+            return None
+        joint_a, joint_b, link = [(counts[column] - zero) * scale for column, zero, scale in self._columns]
+        return joint_a, joint_b, self._length + link

@@ -21,11 +21,7 @@ KEEP, HERE, WORLD = range(3)
 
 
 class ProgramError(OmnimateError):
-    """A program that no robot can drive.
-
-    Attributes:
-        row: First impossible row of the program, counted from 0.
-    """
+    """A program that no robot can drive; `row` is its first impossible row, counted from 0."""
 
     def __init__(self, row: int, problem: str) -> None:
         super().__init__(f"row {row} of the program: {problem}")
