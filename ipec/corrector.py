@@ -66,11 +66,8 @@ def settings_of(vehicle: VehicleParameters, method: Method) -> Record:
     Raises:
         NoLinkageError: The robot has a single truck.
     """
-    scales = scales_of(vehicle)
-    records = record(Settings)
+    records = scales_of(vehicle, Settings)
     settings = records[0]
-    for name in scales.dtype.names or ():
-        settings[name] = scales[name][0]
     laws = {"plain": PLAIN, "clapper": CLAPPER, "omnimate": OMNIMATE}
     settings["law"] = laws[method]
     if method != "plain":
@@ -80,12 +77,9 @@ def settings_of(vehicle: VehicleParameters, method: Method) -> Record:
 
 
 class Corrector:
-    """One method of correction for one robot.
+    """One method of correction for one robot with two trucks.
 
-    Args:
-        vehicle: Robot with two trucks as `vehicle.toml` describes it.
-        method: `plain` is dead reckoning alone; `clapper` is C (9)-(16); `omnimate` is O (1)-(6)
-            with C (9) first.
+    `plain` is dead reckoning alone; `clapper` is C (9)-(16); `omnimate` is O (1)-(6) with C (9) first.
 
     Raises:
         NoLinkageError: The robot has a single truck.
@@ -112,11 +106,8 @@ class Corrector:
 def correct(recording: Recording, start: ArrayLike = ORIGIN, *, method: Method = "clapper") -> Trajectory:
     """Return the poses of both trucks at every sample of a recording: what `Corrector` gives step by step.
 
-    Args:
-        recording: Recording of a robot with two trucks.
-        start: Pose of truck a at the first sample [m, m, rad], shape `(3,)`; the pose of truck b follows from
-            the linkage.
-        method: Method of correction, as for `Corrector`.
+    `start` is the pose of truck a at the first sample [m, m, rad], shape `(3,)`; that of truck b follows from
+    the linkage.
 
     Raises:
         NoLinkageError: The robot has a single truck.

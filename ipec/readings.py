@@ -44,15 +44,15 @@ class Reading:
     length: float  # length of the link [m]
 
 
-def scales_of(vehicle: VehicleParameters) -> Record:
-    """Return the scales of a robot with two trucks as one record `(1,)` of `Scales`.
+def scales_of(vehicle: VehicleParameters, fields: type[Scales] = Scales) -> Record:
+    """Return the scales of a robot with two trucks as one record `(1,)`; `fields` may be a class with more.
 
     Raises:
         NoLinkageError: The robot has a single truck.
     """
     if vehicle.linkage is None:
         raise NoLinkageError(vehicle.name)
-    records = record(Scales)
+    records = record(fields)
     scales = records[0]
     scales["scale"] = [vehicle.encoder(channel).scale for channel in CHANNELS]
     scales["scale"][:4] = [vehicle.metres_per_count(wheel) for wheel in WHEELS]
@@ -66,11 +66,8 @@ def scales_of(vehicle: VehicleParameters) -> Record:
 def convert_counts(scales: Scales, reading: Reading, counts: IntArray, present: NDArray[np.bool_]) -> None:
     """Convert one sample's counts to SI units; a truck moves only if both of its wheels are present.
 
-    Args:
-        scales: Scales of the robot.
-        reading: Reading of the sample before; changed to that of this sample.
-        counts: Counts in the order of `CHANNELS`, shape `(7,)`.
-        present: Whether each count was read, shape `(7,)`.
+    `reading` is that of the sample before; changed to that of this sample. Counts and presence `(7,)` are in
+    the order of `CHANNELS`.
     """
     for truck in range(2):
         left, right = 2 * truck, 2 * truck + 1

@@ -74,16 +74,10 @@ class Row:
 
 
 class Tracker:
-    """Estimates the pose of a live robot by all methods.
+    """Estimates the pose of a live robot with two trucks by all methods.
 
-    Args:
-        vehicle: Robot with two trucks as `vehicle.toml` describes it.
-        plain: Plain odometry of truck a, from whose pose the tracker starts, and which its owner steps before
-            the tracker; None for one of its own, from the origin.
-        prior: How well `vehicle` is known.
-
-    Attributes:
-        vehicle: Robot with two trucks.
+    `plain` is plain odometry of truck a, from whose pose the tracker starts, and which its owner steps before
+    the tracker; None for one of its own, from the origin. `prior` says how well `vehicle` is known.
 
     Raises:
         NoLinkageError: The robot has a single truck.
@@ -186,15 +180,9 @@ def track_recording(
     fixes: Poses | None = None,
     prior: Prior = CALIBRATED,
 ) -> tuple[Iterator[Row], Estimate]:
-    """Return rows at equal intervals over a recording, and the filter's estimate.
+    """Return rows `every` so many seconds over a recording, 0 for each sample, and the filter's estimate.
 
-    Args:
-        recording: Recording of a robot with two trucks.
-        every: Time between two rows [s]; 0 for a row at every sample.
-        start: Pose of truck a at the first sample [m, m, rad], shape `(3,)`.
-        sigma: Standard deviations of `start`, shape `(3,)`.
-        fixes: Absolute poses for the filter, such as `recording.poses`; None for none.
-        prior: How well `recording.vehicle` is known.
+    The other arguments are those of `estimate`.
 
     Raises:
         NoLinkageError: The robot has a single truck.
@@ -224,14 +212,7 @@ def track_recording(
 class OneTruckTracker:
     """Estimates the pose of a live robot with a single truck; used as a `Tracker` is.
 
-    Args:
-        vehicle: Robot as `vehicle.toml` describes it.
-        prior: How well `vehicle` is known.
-
-    Attributes:
-        vehicle: The robot.
-        started: Whether a sample has been processed.
-        learned: None: without absolute poses there is nothing to learn from.
+    `learned` is None: without absolute poses there is nothing to learn from.
     """
 
     learned = None

@@ -38,10 +38,8 @@ class Disturbance:
 def find_disturbances(time: Array, alert: Array, lost: Array) -> tuple[Disturbance, ...]:
     """Return the intervals in which distrusted wheels lost `MIN_LOST_TRAVEL` or more, in order of time.
 
-    Args:
-        time: Time of each sample [s], shape `(N,)`.
-        alert: Travel for which each wheel stays distrusted after each sample [m], shape `(N, 4)`.
-        lost: Travel that each wheel lost in each sample [m], shape `(N, 4)`.
+    For samples at `time` `(N,)` [s]: `alert` is the travel for which each wheel stays distrusted after them,
+    `lost` the travel that it lost in them [m], each `(N, 4)`.
     """
     disturbances = []
     for number, wheel in enumerate(WHEELS):

@@ -82,8 +82,7 @@ HYPOTHESES = (
 def log_prior_probabilities(wrong: float) -> list[float]:
     """Return the log prior probability of every hypothesis.
 
-    Args:
-        wrong: Probability that a given reading is erroneous; its forms are equally probable.
+    A given reading is erroneous with the probability `wrong`; its forms are equally probable.
     """
     log_correct = math.log(1.0 - wrong)
     log_single = math.log(wrong) + (len(READINGS) - 1) * log_correct
