@@ -14,7 +14,6 @@ import numpy as np
 from omnimate.vehicle.parameters import WHEELS
 
 if TYPE_CHECKING:
-    from omnimate.vehicle.parameters import Channel
     from omnimate.vehicle.se2 import Array
 
 
@@ -90,8 +89,8 @@ def wheel_radius(block: Block, wheel: int) -> float:
 
 def wheel_number(component: str) -> int:
     """Return the column of a wheel."""
-    wheels: tuple[Channel, ...] = WHEELS
-    return [str(wheel) for wheel in wheels].index(component)
+    wheels: tuple[str, ...] = WHEELS
+    return wheels.index(component)
 
 
 def truck_number(component: str) -> int:

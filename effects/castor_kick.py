@@ -61,20 +61,14 @@ class CastorKick(Effect):
         twist = block.twist[:, truck].copy()
         shares, since = self._swung(reversed_, np.abs(block.twist[:, truck, 0]), since)
         twist[:, 2] += self.yaw * shares
-        return block.with_twist(truck, twist), (
-            float(distance[-1]),
-            float(steady[-1]),
-            float(before[-1]),
-            since,
-        )
+        state = float(distance[-1]), float(steady[-1]), float(before[-1]), since
+        return block.with_twist(truck, twist), state
 
     def _swung(self, reversed_: NDArray[np.bool_], distances: Array, since: float) -> tuple[Array, float]:
         """Return the share of the yaw in each step, and the distance since the last reversal [m].
 
-        Args:
-            reversed_: Whether the truck reverses in each step, shape `(K,)`.
-            distances: Distance of each step, shape `(K,)` [m].
-            since: Distance since the last reversal before the first step [m].
+        `reversed_` says whether the truck reverses in each step and `distances` how far it goes [m], each
+        `(K,)`; `since` is the distance since the last reversal before the first step [m].
         """
         if self.swing == 0.0:
             return reversed_.astype(np.float64), since

@@ -159,11 +159,9 @@ class Effect:
         return self.stage
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401  state differs
-        """Return the block with the effect applied, and the state for the next block.
+        """Return the block after the previous stage with the effect applied, and the next block's state.
 
-        Args:
-            block: Steps after the previous stage.
-            state: State that `act` returned for the previous block; None at the start.
+        `state` is the one that `act` returned for the previous block; None at the start.
         """
         raise NotImplementedError
 
@@ -178,9 +176,6 @@ class Effect:
         """Return start and end of the time in which the effect changes the motion of wheels and trucks [s].
 
         None if it always does, or changes something else.
-
-        Args:
-            block: Steps of the robot.
         """
         return None
 

@@ -71,9 +71,8 @@ class Expression:
     def value(self, variables: Mapping[str, Array]) -> Array:
         """Return the value of the formula; not finite where it has none, such as 1 / 0.
 
-        Args:
-            variables: Value of each variable; all have the same shape, which is that of the answer, or that
-                of a number where the formula has no variables.
+        All variables have the same shape, which is that of the answer, or that of a number where the formula
+        has no variables.
         """
         stack: list[Any] = []
         with np.errstate(all="ignore"):

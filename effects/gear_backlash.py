@@ -54,10 +54,8 @@ class GearBacklash(Effect):
             output = -0.5 * self.width * float(np.sign(moved[0]))
         rolled = motor + np.cumsum(travel)
         wheels = play_output(rolled, output, self.width)
-        return block.with_travel(wheel, np.diff(wheels, prepend=output)), (
-            float(rolled[-1]),
-            float(wheels[-1]),
-        )
+        state = float(rolled[-1]), float(wheels[-1])
+        return block.with_travel(wheel, np.diff(wheels, prepend=output)), state
 
     @classmethod
     def in_any_robot(cls, component: str, vehicle: VehicleParameters) -> GearBacklash:
