@@ -31,12 +31,7 @@ if TYPE_CHECKING:
 MAX_SINGLE_ANSWERS = 2  # successive samples with one frame after which owed answers count as lost
 LATENCY_TOLERANCE = 0.25  # [SYNC periods] largest increase of an answer's latency (assumption)
 ACCEPTED, HELD, LATE, DUPLICATE, WRONG_LENGTH, REPEATED = range(6)  # fate of a frame
-REASONS: tuple[GapReason, ...] = (
-    "missing",
-    "missing",
-    "jump",
-    "reboot",
-)  # indexed by the constants below; 0: no gap
+REASONS: tuple[GapReason, ...] = ("missing", "missing", "jump", "reboot")  # by the constants below; 0: no gap
 MISSING, JUMP, REBOOT = 1, 2, 3  # causes of a gap; the highest one is reported
 NOTHING, BOOTED, STARTED = range(-3, 0)  # kinds of events that are not PDOs
 
@@ -152,14 +147,9 @@ def take_frame(
 ) -> int:
     """Process a frame of a PDO, at any time and with any content; return its fate.
 
-    Args:
-        cycles: Record of the open sample.
-        pdos: Records of the PDOs.
-        place: Place of the frame's PDO.
-        word: Its first 8 data bytes as one little-endian number.
-        length: Number of its data bytes.
-        device_time: Timestamp of the adapter [s].
-        arrival_time: When the frame was on the bus, on the recording's clock [s].
+    It is one of `length` bytes for the PDO at `place`; `word` are its first 8 bytes as a little-endian
+    number, `device_time` is the adapter's timestamp, `arrival_time` when it was on the bus, on the
+    recording's clock [s].
     """
     cycle, pdo = cycles[0], pdos[place]
     if length == pdo.length:

@@ -65,11 +65,9 @@ class Sonar:
         return np.array([math.hypot(behind, self.rear * sin * heading), y, heading])
 
     def fix(self, pose: Array, deviates: Array) -> tuple[Array, Array]:
-        """Return a measured pose `(3,)` and its sigma `(3,)` at a true pose; nan where a wall is not seen.
+        """Return the pose `(3,)` measured at a true one `(3,)`, and its sigma; nan where a wall is not seen.
 
-        Args:
-            pose: True pose, shape `(3,)`.
-            deviates: Standard normal deviates, one for each range, shape `(3,)`.
+        `deviates` `(3,)` are standard normal, one for each range.
         """
         exact = self.ranges(pose)
         measured = exact + self.range_sigma(exact) * deviates
