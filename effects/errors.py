@@ -24,7 +24,7 @@ class ExpressionError(EffectError):
 
 
 class EffectsFileError(EffectError):
-    """A `source`, an effects file, that cannot be read, or an `entry` in it that describes no effect."""
+    """An effects file, `source`, that cannot be read, or whose `entry` describes no effect."""
 
     def __init__(self, source: Path | str, entry: str, problem: str) -> None:
         super().__init__(f"{source}: {entry}: {problem}")

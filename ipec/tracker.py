@@ -180,9 +180,9 @@ def track_recording(
     fixes: Poses | None = None,
     prior: Prior = CALIBRATED,
 ) -> tuple[Iterator[Row], Estimate]:
-    """Return rows `every` so many seconds over a recording, 0 for each sample, and the filter's estimate.
+    """Return rows over a recording, one `every` so many seconds (0: each sample), and the estimate.
 
-    The other arguments are those of `estimate`.
+    The other arguments are those of `estimate`, whose result the estimate is.
 
     Raises:
         NoLinkageError: The robot has a single truck.
