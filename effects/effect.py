@@ -60,6 +60,9 @@ class Parameter:
     high: float  # largest valid value
 
 
+PHASE = Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0)
+
+
 @dataclass(frozen=True, slots=True)
 class Text:
     """Name and meaning of a text field of an effect."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, Array, Block, Parameter, Prior, WheelEffect
+from omnimate.effects.effect import FAULT, PHASE, Array, Block, Parameter, Prior, WheelEffect
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class GearHarmonic(WheelEffect):
     parameters = (
         Parameter("amplitude", "m", null=0.0, scale=2e-4, low=0.0, high=0.02),
         Parameter("order", "1", null=None, scale=10.0, low=0.0, high=10000.0),
-        Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
+        PHASE,
     )
     prior = Prior(FAULT)
     regime = "wheel angle of {component}, order {order:g}"

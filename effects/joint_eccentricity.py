@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, JOINT, Array, Block, ChannelEffect, Parameter, Prior
+from omnimate.effects.effect import FAULT, JOINT, PHASE, Array, Block, ChannelEffect, Parameter, Prior
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,10 +27,7 @@ class JointEccentricity(ChannelEffect):
 
     name = "joint_eccentricity"
     components = JOINT
-    parameters = (
-        Parameter("amplitude", "rad", null=0.0, scale=0.005, low=0.0, high=1.0),
-        Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
-    )
+    parameters = (Parameter("amplitude", "rad", null=0.0, scale=0.005, low=0.0, high=1.0), PHASE)
     prior = Prior(FAULT, largest=6.0)
     regime = "angle of {component}"
     separating_drive = "car-like turns that take the joint through a wide range of angles"

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from omnimate.effects.effect import LINK, RARE, Array, Block, ChannelEffect, Parameter, Prior
+from omnimate.effects.effect import LINK, PHASE, RARE, Array, Block, ChannelEffect, Parameter, Prior
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,10 +28,7 @@ class LinkEccentricity(ChannelEffect):
 
     name = "link_eccentricity"
     components = LINK
-    parameters = (
-        Parameter("amplitude", "m", null=0.0, scale=0.002, low=0.0, high=1.0),
-        Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
-    )
+    parameters = (Parameter("amplitude", "m", null=0.0, scale=0.002, low=0.0, high=1.0), PHASE)
     prior = Prior(RARE, largest=5.0)
     regime = "angle of joint_a"
     separating_drive = "car-like turns that take joint_a through a wide range of angles"

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, Array, Block, Parameter, Prior, WheelEffect
+from omnimate.effects.effect import FAULT, PHASE, Array, Block, Parameter, Prior, WheelEffect
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,10 +28,7 @@ class WheelEccentricity(WheelEffect):
     phase: float = 0.0  # phase of the wave at the encoder's zero [rad]
 
     name = "wheel_eccentricity"
-    parameters = (
-        Parameter("amplitude", "m", null=0.0, scale=3e-4, low=0.0, high=0.02),
-        Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
-    )
+    parameters = (Parameter("amplitude", "m", null=0.0, scale=3e-4, low=0.0, high=0.02), PHASE)
     prior = Prior(FAULT)
     regime = "wheel angle of {component}"
     separating_drive = "a slow straight of twenty wheel turns"
