@@ -10,17 +10,11 @@ Severity = Literal["note", "warning", "error"]
 
 @dataclass(frozen=True, slots=True)
 class Advice:
-    """One problem of the measurements, and its remedy.
+    """One problem of the measurements, and its remedy."""
 
-    Attributes:
-        severity: A "note" is harmless, a "warning" may matter, an "error" makes the result unusable.
-        what: Description of the problem.
-        do: Remedy.
-    """
-
-    severity: Severity
+    severity: Severity  # a "note" is harmless, a "warning" may matter, an "error" makes the result unusable
     what: str
-    do: str
+    do: str  # remedy
 
     def __str__(self) -> str:
         """Return the problem and the remedy in one sentence."""

@@ -35,19 +35,12 @@ def corrected_truck(truck: Truck, e_b: float, e_d: float) -> Truck:
 
 @dataclass(frozen=True, slots=True)
 class Factors:
-    """Factors between two sets of parameters of a truck.
+    """Factors between two sets of parameters of a truck."""
 
-    Attributes:
-        e_b: Factor between the wheelbases, U (2.4).
-        e_d: Factor between the ratios D_R / D_L, U (2.3).
-        c_left: Factor between the left diameters, U (4.33); (4.31) where both were equal.
-        c_right: Factor between the right diameters, U (4.33); (4.32) where both were equal.
-    """
-
-    e_b: float
-    e_d: float
-    c_left: float
-    c_right: float
+    e_b: float  # factor between the wheelbases, U (2.4)
+    e_d: float  # factor between the ratios D_R / D_L, U (2.3)
+    c_left: float  # factor between the left diameters, U (4.33); (4.31) where both were equal
+    c_right: float  # factor between the right diameters, U (4.33); (4.32) where both were equal
 
 
 def factors_between(first: Truck, last: Truck) -> Factors:

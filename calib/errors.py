@@ -12,11 +12,7 @@ if TYPE_CHECKING:
 
 
 class CalibrationError(OmnimateError):
-    """Measurements from which no calibration can be calculated.
-
-    Attributes:
-        source: File, folder or recording that the measurements come from.
-    """
+    """Measurements in a `source` (file, folder or recording) from which no calibration can be calculated."""
 
     def __init__(self, source: str | Path, problem: str) -> None:
         super().__init__(f"{source}: {problem}")
@@ -32,11 +28,7 @@ class FixError(CalibrationError):
 
 
 class FrozenChannelError(CalibrationError):
-    """An encoder whose reading is constant while the robot moves.
-
-    Attributes:
-        channel: Name of the encoder's wheel or joint, as far as it is known.
-    """
+    """An encoder of a wheel or joint, `channel`, whose reading is constant while the robot moves."""
 
     def __init__(self, source: str | Path, channel: str, problem: str) -> None:
         super().__init__(source, f"{channel} {problem}")
@@ -44,11 +36,7 @@ class FrozenChannelError(CalibrationError):
 
 
 class MethodError(CalibrationError):
-    """A method of calibration that the data of an experiment do not allow.
-
-    Attributes:
-        problem: What the method needs.
-    """
+    """A method of calibration that the data of an experiment do not allow; `problem` says what it needs."""
 
     def __init__(self, source: str | Path, method: str) -> None:
         self.problem = f"{method} needs the heading of every run, and three runs or more"
@@ -56,12 +44,7 @@ class MethodError(CalibrationError):
 
 
 class ReturnTableError(CalibrationError):
-    """A table of return errors that cannot be read.
-
-    Attributes:
-        line: Number of the line, counted from 1.
-        column: Number of the column, counted from 1; None where the whole line is meant.
-    """
+    """A table of return errors that cannot be read at a line and column, from 1; column None: the line."""
 
     def __init__(self, source: str | Path, line: int, column: int | None, problem: str) -> None:
         where = f"line {line}" if column is None else f"line {line}, column {column}"
@@ -71,11 +54,7 @@ class ReturnTableError(CalibrationError):
 
 
 class UnobservableError(CalibrationError):
-    """Drives that identify none of the parameters.
-
-    Attributes:
-        reasons: Reason for each parameter, by its name.
-    """
+    """Drives that identify none of the parameters, with the `reasons` by the name of each."""
 
     def __init__(self, source: str | Path, reasons: Mapping[str, str]) -> None:
         words = "; ".join(f"{name}: {reason}" for name, reason in reasons.items())

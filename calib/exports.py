@@ -47,9 +47,7 @@ def ros2_yaml(trucks: Mapping[TruckName, tuple[Truck, Truck]]) -> str:
 def vda5050_wheels(vehicle: VehicleParameters, wheel_width: float) -> list[dict[str, object]]:
     """Return the wheelDefinitions of a VDA 5050 factsheet; the frame is that of truck a's drive axle.
 
-    Args:
-        vehicle: The calibrated robot.
-        wheel_width: Width of the wheels [m], which VDA 5050 requires and a calibration does not give.
+    VDA 5050 requires the width of the wheels [m], which a calibration does not give.
 
     Raises:
         CalibrationError: The width is not between 0 and 1 m.
@@ -80,9 +78,8 @@ def vda5050_json(vehicle: VehicleParameters, wheel_width: float) -> str:
 def calibration_json(results: Sequence[tuple[str, Calibration, Truck, Uncertainty, Interval]]) -> str:
     """Return calibrations with their uncertainties as JSON in SI units.
 
-    Args:
-        results: For each calibration its label, the calibration, the final truck (with E_s where it was
-            measured), the uncertainty of the calibration, and the floor's roughness [m/sqrt(m)].
+    Each has its label, the calibration, the final truck (with E_s where it was measured), the uncertainty of
+    the calibration, and the floor's roughness [m/sqrt(m)].
     """
     return _json([_result(*result) for result in results])
 
@@ -102,19 +99,15 @@ def _result(
         "c_left": factors.c_left,
         "c_right": factors.c_right,
         "confidence": uncertainty.confidence,
-        **{key: _limits(getattr(uncertainty, key)) for key in values},
+        **{key: asdict(getattr(uncertainty, key)) for key in values},
         "covariance_of_e_b_and_e_d": uncertainty.covariance.tolist(),
         "e_max_syst": {"before": errors.e_max_syst, "after": calibration.errors.e_max_syst},
         "scatter": errors.scatter,
-        "roughness": _limits(roughness),
+        "roughness": asdict(roughness),
         "e_s": truck.wheelbase / calibration.truck.wheelbase,
         "truck": asdict(truck),
         "ros2": ros2_parameters(calibration.experiment.truck, truck),
     }
-
-
-def _limits(interval: Interval) -> dict[str, float]:
-    return {"value": interval.value, "low": interval.low, "high": interval.high}
 
 
 def _json(document: object) -> str:

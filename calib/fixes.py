@@ -21,10 +21,8 @@ _REST_TRAVEL = 0.5e-3  # [m] largest travel of a wheel at rest: a few counts (as
 class WheelsAndFixes:
     """The wheels' travel and the fixes of one truck, on the recording's clock.
 
-    Attributes:
-        time: Time of each sample [s], shape `(N,)`.
-        travel: Travel of the left and the right wheel [m], shape `(N, 2)`.
-        fixes: Absolute poses with a known position.
+    `travel` is that of the left and the right wheel [m], `(N, 2)`, at each `time` [s], `(N,)`; `fixes` are
+    the absolute poses with a known position.
     """
 
     def __init__(self, recording: Recording, truck: TruckName, fixes: Poses) -> None:

@@ -29,7 +29,7 @@ def has_fixes(recording: Recording, truck: TruckName) -> bool:
 
 
 def check_one_robot(recordings: Sequence[Recording]) -> None:
-    """Raise an error if recordings are of robots with different names or channels.
+    """Check that recordings are of robots with the same names and channels.
 
     Raises:
         CalibrationError: There is no recording, or one is of another robot than the first.
@@ -47,7 +47,7 @@ def check_one_robot(recordings: Sequence[Recording]) -> None:
 
 
 def check_one_truck(recordings: Sequence[Recording], truck: TruckName) -> None:
-    """Raise an error if recordings of one robot state other parameters of a truck.
+    """Check that recordings of one robot state the same parameters of a truck.
 
     Raises:
         CalibrationError: The robot has no such truck, or a recording has other parameters than the first one.
@@ -79,7 +79,7 @@ def check_frozen(recording: Recording) -> None:
 
 
 def check_wheels(recording: Recording, truck: TruckName) -> None:
-    """Raise an error if a wheel shows one count throughout while the other of its truck rolls.
+    """Check that no wheel shows one count throughout while the other of its truck rolls.
 
     Raises:
         CalibrationError: A wheel is frozen.

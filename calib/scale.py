@@ -33,17 +33,11 @@ _MAX_DETOUR = 1.01  # [1] largest travel over chord, so that driving out and bac
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """A measured scaling error.
+    """A measured scaling error."""
 
-    Attributes:
-        e_s: Actual over calculated length.
-        sigma: Standard error of `e_s`; nan for a single straight.
-        straights: Number of straights that were measured.
-    """
-
-    e_s: float
-    sigma: float
-    straights: int
+    e_s: float  # actual over calculated length
+    sigma: float  # standard error of `e_s`; nan for a single straight
+    straights: int  # number of straights that were measured
 
     @property
     def is_significant(self) -> bool:

@@ -6,41 +6,32 @@ Latency and clock drift are subclasses; they differ in the age of the samples on
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from omnimate.effects.block import LINKAGE, wheel_number
-from omnimate.effects.effect import JOINT, LINK, POSES, WHEEL, Effect
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import JOINT, LINK, POSES, WHEEL, Array, Block, Effect, Stage
 
 SYNC_SKEW = 5e-4  # [s] spread of sampling times on one SYNC: interrupt and input filter (assumption)
 
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """The last samples of a channel.
+    """The last samples of a channel."""
 
-    Attributes:
-        start: Time of the very first sample [s].
-        time: Times of the samples that are still needed, shape `(H,)` [s].
-        value: Values of these samples, shape `(H,)`.
-        shown: Last value that was sent.
-    """
-
-    start: float
-    time: Array
-    value: Array
-    shown: float
+    start: float  # time of the very first sample [s]
+    time: Array  # times of the samples that are still needed, `(H,)` [s]
+    value: Array  # values of these samples, `(H,)`
+    shown: float  # last value that was sent
 
 
 @dataclass(frozen=True, slots=True)
 class AgedSamples(Effect):
     """An effect that makes the samples of one channel, or the poses, older."""
+
+    stage: ClassVar[Stage] = "reading"
+    components: ClassVar[tuple[str, ...]] = (*WHEEL, *JOINT, *LINK, *POSES)
 
     def age(self, time: Array, start: float) -> Array:
         """Return the age of samples `(K,)` [s] at times [s]; the drive began at `start` [s]."""
@@ -98,16 +89,11 @@ class Younger(AgedSamples):
     """The opposite of an effect that ages samples: each is the value of as much later a time.
 
     It is for whole recordings, in which later values are known.
-
-    Attributes:
-        than: The effect.
     """
 
-    than: AgedSamples
+    than: AgedSamples  # the effect
 
     name = "younger"
-    stage = "reading"
-    components = (*WHEEL, *JOINT, *LINK, *POSES)
     parameters = ()
 
     def age(self, time: Array, start: float) -> Array:

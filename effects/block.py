@@ -14,46 +14,28 @@ import numpy as np
 from omnimate.vehicle.parameters import WHEELS
 
 if TYPE_CHECKING:
-    from omnimate.vehicle.parameters import Channel
     from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """K steps of a robot with T trucks and W = 2 T wheels, in the order of `WHEELS`.
+    """K steps of a robot with T trucks and W = 2 T wheels, in the order of `WHEELS`."""
 
-    Attributes:
-        time: Time at the end of each step, shape `(K,)` [s].
-        period: Duration of each step, shape `(K,)` [s].
-        angle: Angle of each wheel at the end of the step, from its raw counter's zero, shape `(K, W)`
-            [rad].
-        turned: Angle by which each wheel turned in the step, shape `(K, W)` [rad].
-        speed: Nominal rolling speed of each wheel, shape `(K, W)` [m/s].
-        acceleration: Rate of change of the nominal rolling speed, shape `(K, W)` [m/s^2].
-        wheelbase: Nominal wheelbase of each truck, shape `(T,)` [m].
-        heading: Heading of each truck in the world, in the middle of the step, shape `(K, T)` [rad].
-        place: Position of each truck in the world, in the middle of the step, shape `(K, T, 2)` [m].
-        travel: Travel of each wheel over the ground in the step, shape `(K, W)` [m].
-        twist: Motion of each truck in the step, in its frame, shape `(K, T, 3)`: travel forward [m], creep
-            to the left [m], yaw [rad].
-        reading: Readings of joint_a [rad], joint_b [rad] and link [m] at the end of the step, shape `(K,
-            3)`; no columns with a single truck. The link's reading is its length.
-        rest: Length at which the link reads its zero [m].
-    """
-
-    time: Array
-    period: Array
-    angle: Array
-    turned: Array
-    speed: Array
-    acceleration: Array
-    wheelbase: Array
-    heading: Array
-    place: Array
-    travel: Array
-    twist: Array
+    time: Array  # time at the end of each step, `(K,)` [s]
+    period: Array  # duration of each step, `(K,)` [s]
+    angle: Array  # angle of each wheel at the end of the step, from its raw counter's zero, `(K, W)` [rad]
+    turned: Array  # angle by which each wheel turned in the step, `(K, W)` [rad]
+    speed: Array  # nominal rolling speed of each wheel, `(K, W)` [m/s]
+    acceleration: Array  # rate of change of the nominal rolling speed, `(K, W)` [m/s^2]
+    wheelbase: Array  # nominal wheelbase of each truck, `(T,)` [m]
+    heading: Array  # heading of each truck in the world, in the middle of the step, `(K, T)` [rad]
+    place: Array  # position of each truck in the world, in the middle of the step, `(K, T, 2)` [m]
+    travel: Array  # travel of each wheel over the ground in the step, `(K, W)` [m]
+    twist: Array  # of each truck, in its frame, `(K, T, 3)`: forward [m], creep to the left [m], yaw [rad]
+    # Readings of joint_a [rad], joint_b [rad] and link [m] at the end of the step, `(K, 3)`; no columns with
+    # a single truck. The link's reading is its length
     reading: Array
-    rest: float = 0.0
+    rest: float = 0.0  # length at which the link reads its zero [m]
 
     def __len__(self) -> int:
         return len(self.time)
@@ -107,8 +89,8 @@ def wheel_radius(block: Block, wheel: int) -> float:
 
 def wheel_number(component: str) -> int:
     """Return the column of a wheel."""
-    wheels: tuple[Channel, ...] = WHEELS
-    return [str(wheel) for wheel in wheels].index(component)
+    wheels: tuple[str, ...] = WHEELS
+    return wheels.index(component)
 
 
 def truck_number(component: str) -> int:

@@ -13,32 +13,23 @@ The source is C (1)-(3), with the exact arc in place of the printed approximatio
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from omnimate.effects.block import wheel_number, wheel_radius
 from omnimate.effects.crossing import crossing_with_loss
-from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, WHEEL, Block, Effect, Parameter, Prior, VehicleParameters
 from omnimate.effects.errors import EffectError
 from omnimate.effects.words import component_in_words
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.parameters import VehicleParameters
 
 
 @dataclass(frozen=True, slots=True)
 class BumpEvents(Effect):
-    """Obstacles under one wheel.
+    """Obstacles under one wheel."""
 
-    Attributes:
-        times: Time at which each crossing begins, on the recording's clock [s].
-        lost: Travel that is rolled but not travelled in each crossing [m].
-    """
-
-    times: tuple[float, ...] = ()
-    lost: tuple[float, ...] = ()
+    times: tuple[float, ...] = ()  # time at which each crossing begins, on the recording's clock [s]
+    lost: tuple[float, ...] = ()  # travel that is rolled but not travelled in each crossing [m]
 
     name = "bump"
     stage = "travel"

@@ -18,35 +18,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimate.effects.block import truck_number
-from omnimate.effects.effect import FAULT, TRUCK, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, TRUCK, Array, Block, Drive, Effect, Parameter, Prior
 from omnimate.effects.play import play_output
 
 REVERSAL_DISTANCE = 1e-3  # [m] smallest motion back that counts as a reversal: above the noise of counts
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
-
-    from omnimate.effects.block import Block
-    from omnimate.effects.effect import Drive
-    from omnimate.vehicle.se2 import Array
 
 SWING_DISTANCES = (0.0, 0.05, 0.15)  # [m] trial values: up to a few times a castor's trail (assumption)
 
 
 @dataclass(frozen=True, slots=True)
 class CastorKick(Effect):
-    """The truck yaws at every reversal of its travel.
+    """The truck yaws at every reversal of its travel."""
 
-    Attributes:
-        yaw: Yaw at each reversal [rad].
-        swing: Distance after a reversal over which the castors swing round, and the truck yaws [m]; 0 where
-            it yaws at once.
-    """
-
-    yaw: float = 0.0
-    swing: float = 0.0
+    yaw: float = 0.0  # yaw at each reversal [rad]
+    swing: float = 0.0  # distance after a reversal over which the truck yaws [m]; 0 where it yaws at once
 
     name = "castor_kick"
     stage = "body"
@@ -73,20 +61,14 @@ class CastorKick(Effect):
         twist = block.twist[:, truck].copy()
         shares, since = self._swung(reversed_, np.abs(block.twist[:, truck, 0]), since)
         twist[:, 2] += self.yaw * shares
-        return block.with_twist(truck, twist), (
-            float(distance[-1]),
-            float(steady[-1]),
-            float(before[-1]),
-            since,
-        )
+        state = float(distance[-1]), float(steady[-1]), float(before[-1]), since
+        return block.with_twist(truck, twist), state
 
     def _swung(self, reversed_: NDArray[np.bool_], distances: Array, since: float) -> tuple[Array, float]:
         """Return the share of the yaw in each step, and the distance since the last reversal [m].
 
-        Args:
-            reversed_: Whether the truck reverses in each step, shape `(K,)`.
-            distances: Distance of each step, shape `(K,)` [m].
-            since: Distance since the last reversal before the first step [m].
+        `reversed_` says whether the truck reverses in each step and `distances` how far it goes [m], each
+        `(K,)`; `since` is the distance since the last reversal before the first step [m].
         """
         if self.swing == 0.0:
             return reversed_.astype(np.float64), since
@@ -99,6 +81,6 @@ class CastorKick(Effect):
         return (after - before) / self.swing, float(total[-1] - turned[-1])
 
     @classmethod
-    def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:  # noqa: ARG003
+    def grid(cls, drive: Drive) -> list[dict[str, float]]:  # noqa: ARG003
         """Return distances over which castors swing round."""
         return [{"swing": swing} for swing in SWING_DISTANCES]

@@ -14,15 +14,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.effects.ageing import AgedSamples
-from omnimate.effects.effect import FAULT, JOINT, LINK, POSES, WHEEL, Parameter, Prior
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import FAULT, POSES, Array, Parameter, Prior
 
 # [1] An encoder that answers SYNC rarely has a free clock: odds are lower than for poses by this
 # (assumption).
@@ -31,17 +27,11 @@ SYNCHRONISED_ODDS_FACTOR = 10.0
 
 @dataclass(frozen=True, slots=True)
 class ClockDrift(AgedSamples):
-    """The age of the samples grows with time.
+    """The age of the samples grows with time."""
 
-    Attributes:
-        rate: Age that the samples gain per time [s/s].
-    """
-
-    rate: float = 0.0
+    rate: float = 0.0  # age that the samples gain per time [s/s]
 
     name = "clock_drift"
-    stage = "reading"
-    components = (*WHEEL, *JOINT, *LINK, *POSES)
     parameters = (Parameter("rate", "1", null=0.0, scale=2e-4, low=-0.1, high=0.1),)
     prior = Prior(FAULT, background=0.02, largest=10.0)
     regime = "time"

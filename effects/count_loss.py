@@ -12,31 +12,20 @@ The source is a threshold of the speed.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from omnimate.effects.block import Block
-    from omnimate.effects.effect import Drive
+from omnimate.effects.effect import FAULT, WHEEL, Block, Drive, Effect, Parameter, Prior
 
 
 @dataclass(frozen=True, slots=True)
 class CountLoss(Effect):
-    """A fraction of the counts is lost while the wheel is faster than a speed.
+    """A fraction of the counts is lost while the wheel is faster than a speed."""
 
-    Attributes:
-        fraction: Part of the counts that never arrives.
-        above: Speed of the wheel above which counts are lost [m/s].
-    """
-
-    fraction: float = 0.0
-    above: float = 0.1
+    fraction: float = 0.0  # part of the counts that never arrives
+    above: float = 0.1  # speed of the wheel above which counts are lost [m/s]
 
     name = "count_loss"
     stage = "encoder"
@@ -68,6 +57,6 @@ class CountLoss(Effect):
         return block.with_travel(wheel, factor * block.travel[:, wheel])
 
     @classmethod
-    def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:
+    def grid(cls, drive: Drive) -> list[dict[str, float]]:
         """Return thresholds at quantiles of the wheel's speed."""
         return [{"above": speed} for speed in drive.speeds]

@@ -29,17 +29,11 @@ _NEWTON_STEPS = 20
 
 @dataclass(frozen=True, slots=True)
 class Crossing:
-    """One crossing of an obstacle by a stiff wheel.
+    """One crossing of an obstacle by a stiff wheel."""
 
-    Attributes:
-        reach: Distance of the wheel's centre from its centre of rotation, r [m].
-        half_angle: Half of the angle through which the centre swings, q [rad].
-        travelled: Travel that the centre travels over the ground, 2 r sin q [m].
-    """
-
-    reach: float
-    half_angle: float
-    travelled: float
+    reach: float  # distance of the wheel's centre from its centre of rotation, r [m]
+    half_angle: float  # half of the angle through which the centre swings, q [rad]
+    travelled: float  # travel that the centre travels over the ground, 2 r sin q [m]
 
     @property
     def lost(self) -> float:
@@ -52,12 +46,9 @@ class Crossing:
         return self.travelled + self.lost
 
     def lost_after(self, rolled: Array) -> Array:
-        """Return the travel lost so far, when so much of the crossing has been rolled.
+        """Return the travel lost when so much of the crossing has been rolled, each `(K,)` [m].
 
         The centre swings from -q to s - q, s = rolled / r, and travels r (sin q + sin(s - q)).
-
-        Args:
-            rolled: Distance rolled since the crossing began, shape `(K,)` [m].
         """
         swung = np.clip(np.asarray(rolled) / self.reach, 0.0, 2.0 * self.half_angle)
         sin = math.sin(self.half_angle)
@@ -65,13 +56,10 @@ class Crossing:
 
 
 def crossing_of(shape: Shape, radius: float, height: float) -> Crossing:
-    """Return the crossing of an obstacle of a shape.
+    """Return the crossing of an obstacle of a shape and height h by a wheel of radius R > h [m].
 
-    Args:
-        shape: "edge", with cos q = 1 - h / R; "cable", with cos q = (R - h / 2) / (R + h / 2); or
-            "chord", the sharp edge that loses what CLAPPER's approximation gives.
-        radius: Radius of the wheel, R [m].
-        height: Height of the edge or diameter of the cable, h [m], less than R.
+    A shape is an "edge", with cos q = 1 - h / R; a "cable" of diameter h, with cos q = (R - h / 2) / (R + h /
+    2); or a "chord", the sharp edge that loses what CLAPPER's approximation gives.
     """
     if shape == "chord":
         return crossing_with_loss(radius, chord_loss(radius, height))
@@ -85,12 +73,7 @@ def crossing_of(shape: Shape, radius: float, height: float) -> Crossing:
 
 @lru_cache(maxsize=1024)
 def crossing_with_loss(radius: float, lost: float) -> Crossing:
-    """Return the crossing of a sharp edge with a given lost travel, 2 R (q - sin q) = lost.
-
-    Args:
-        radius: Radius of the wheel, R [m].
-        lost: Travel that is rolled but not travelled [m], more than 0.
-    """
+    """Return the crossing of a sharp edge with a given lost travel > 0 [m], 2 R (q - sin q) = lost."""
     q = (3.0 * lost / radius) ** (1.0 / 3.0)  # q - sin q = q^3 / 6 to first order
     for _ in range(_NEWTON_STEPS):
         q -= (2.0 * radius * (q - math.sin(q)) - lost) / (2.0 * radius * (1.0 - math.cos(q)))
@@ -98,13 +81,9 @@ def crossing_with_loss(radius: float, lost: float) -> Crossing:
 
 
 def chord_loss(radius: float, height: float) -> float:
-    """Return the travel lost on an edge by CLAPPER's approximation [m], C (1)-(3).
+    """Return the travel lost on an edge of height h by CLAPPER's approximation [m], C (1)-(3).
 
-    It is 2 (sqrt(2 R h) - sqrt(2 R h - h^2)).
-
-    Args:
-        radius: Radius of the wheel, R [m].
-        height: Height of the edge, h [m].
+    It is 2 (sqrt(2 R h) - sqrt(2 R h - h^2)) for a wheel of radius R.
     """
     return 2.0 * (math.sqrt(2.0 * radius * height) - math.sqrt(2.0 * radius * height - height * height))
 

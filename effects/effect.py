@@ -10,15 +10,14 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from omnimate.effects.block import LINKAGE, truck_number, wheel_columns
+from omnimate.effects.block import Block as Block  # noqa: PLC0414  # an effect's file takes its types from here
 from omnimate.effects.errors import EffectError
 from omnimate.effects.words import component_in_words
+from omnimate.vehicle.parameters import VehicleParameters as VehicleParameters  # noqa: PLC0414, TC001
+from omnimate.vehicle.se2 import Array as Array  # noqa: PLC0414, TC001
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.se2 import Array
 
 Stage = Literal["encoder", "travel", "body", "reading", "poses"]
 STAGES: tuple[Stage, ...] = ("encoder", "travel", "body", "reading", "poses")
@@ -51,53 +50,36 @@ RECORDING_DISCREPANCY_FACTOR = 0.3
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """Name, unit and limits of one parameter of an effect.
+    """Name, unit and limits of one parameter of an effect."""
 
-    Attributes:
-        name: Name of the effect's field.
-        unit: SI unit of the value; "1" for a ratio.
-        null: Value at which the effect vanishes; None if no value of this parameter alone does that.
-        scale: Unit of `Prior`: typical deviation of the value from null in working robots.
-        low: Smallest valid value.
-        high: Largest valid value.
-    """
+    name: str  # of the effect's field
+    unit: str  # SI unit of the value; "1" for a ratio
+    null: float | None  # value at which the effect vanishes; None if no value of this one alone does that
+    scale: float  # unit of `Prior`: typical deviation of the value from null in working robots
+    low: float  # smallest valid value
+    high: float  # largest valid value
 
-    name: str
-    unit: str
-    null: float | None
-    scale: float
-    low: float
-    high: float
+
+PHASE = Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Name and meaning of a text field of an effect.
+    """Name and meaning of a text field of an effect."""
 
-    Attributes:
-        name: Name of the effect's field.
-        about: Its allowed values.
-    """
-
-    name: str
-    about: str
+    name: str  # of the effect's field
+    about: str  # allowed values
 
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """Prior of an effect in a diagnosis, in units of its parameter's `scale`.
+    """Prior of an effect in a diagnosis, in units of its parameter's `scale`."""
 
-    Attributes:
-        odds: Prior odds that one component of a robot has the fault.
-        background: Standard deviation of the nominal variation among fault-free robots.
-        discrepancy: Relative error of its law on any stretch of 4 s, one standard deviation.
-        largest: Size above which an estimate is rejected: three standard deviations of a large fault, or less
-            if no robot in use is that bad.
-    """
-
-    odds: float
-    background: float = 0.05
-    discrepancy: float = 0.05
+    odds: float  # prior odds that one component of a robot has the fault
+    background: float = 0.05  # standard deviation of the nominal variation among fault-free robots
+    discrepancy: float = 0.05  # relative error of its law on any stretch of 4 s, one standard deviation
+    # Size above which an estimate is rejected: three standard deviations of a large fault, or less if no
+    # robot in use is that bad
     largest: float = 15.0
 
     @property
@@ -108,15 +90,10 @@ class Prior:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Speeds of one component in the recordings, for the grid of trial values of an effect.
+    """Speeds of one component in the recordings, for the grid of trial values of an effect."""
 
-    Attributes:
-        speeds: Quantiles of a wheel's speed between its slowest and fastest [m/s]; empty but for wheels.
-        pace: Mean speed of the trucks, pauses included [m/s].
-    """
-
-    speeds: Sequence[float]
-    pace: float
+    speeds: Sequence[float]  # quantiles of a wheel's speed, slowest to fastest [m/s]; empty but for wheels
+    pace: float  # mean speed of the trucks, pauses included [m/s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,11 +162,9 @@ class Effect:
         return self.stage
 
     def act(self, block: Block, state: Any = None) -> tuple[Block, Any]:  # noqa: ANN401  state differs
-        """Return the block with the effect applied, and the state for the next block.
+        """Return the block after the previous stage with the effect applied, and the next block's state.
 
-        Args:
-            block: Steps after the previous stage.
-            state: State that `act` returned for the previous block; None at the start.
+        `state` is the one that `act` returned for the previous block; None at the start.
         """
         raise NotImplementedError
 
@@ -204,9 +179,6 @@ class Effect:
         """Return start and end of the time in which the effect changes the motion of wheels and trucks [s].
 
         None if it always does, or changes something else.
-
-        Args:
-            block: Steps of the robot.
         """
         return None
 

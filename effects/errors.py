@@ -15,12 +15,7 @@ class EffectError(OmnimateError):
 
 
 class ExpressionError(EffectError):
-    """A text that is no formula.
-
-    Attributes:
-        text: Formula as it was written.
-        column: Place in the text at which it cannot be read, from 1.
-    """
+    """A text that is no formula; it cannot be read at `column`, from 1."""
 
     def __init__(self, text: str, column: int, problem: str) -> None:
         super().__init__(f"formula {text[:200]!r}, column {column}: {problem}")
@@ -29,12 +24,7 @@ class ExpressionError(EffectError):
 
 
 class EffectsFileError(EffectError):
-    """An effects file that cannot be read or describes no effect.
-
-    Attributes:
-        source: Path of the file.
-        entry: Number of the effect in the file, from 1, and its key, such as `effect 2: amplitude`.
-    """
+    """An effects file, `source`, that cannot be read, or whose `entry` describes no effect."""
 
     def __init__(self, source: Path | str, entry: str, problem: str) -> None:
         super().__init__(f"{source}: {entry}: {problem}")

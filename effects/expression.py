@@ -59,13 +59,9 @@ NEGATIVE = Function(np.negative, 1)
 
 @dataclass(frozen=True, slots=True)
 class Expression:
-    """A parsed formula.
+    """A parsed formula."""
 
-    Attributes:
-        steps: Operations on the stack: push a number or a variable (by name), or apply a function.
-    """
-
-    steps: tuple[float | str | Function, ...]
+    steps: tuple[float | str | Function, ...]  # push a number or a variable, or apply a function
 
     @property
     def variables(self) -> frozenset[str]:
@@ -75,9 +71,8 @@ class Expression:
     def value(self, variables: Mapping[str, Array]) -> Array:
         """Return the value of the formula; not finite where it has none, such as 1 / 0.
 
-        Args:
-            variables: Value of each variable; all have the same shape, which is that of the answer, or that
-                of a number where the formula has no variables.
+        All variables have the same shape, which is that of the answer, or that of a number where the formula
+        has no variables.
         """
         stack: list[Any] = []
         with np.errstate(all="ignore"):

@@ -35,13 +35,10 @@ if TYPE_CHECKING:
 
 
 def save_effects(path: Path | str, effects: Sequence[Effect], sigmas: Sequence[Sigmas] = ()) -> None:
-    """Write an effects file, whole or not at all.
+    """Write an effects file, whole or not at all; effects are in the order in which they act.
 
-    Args:
-        path: Path of the file.
-        effects: Effects in the order in which they act.
-        sigmas: Standard deviations of the parameters of each effect, by name, or of a law's terms by their
-            text; none by default.
+    `sigmas` are standard deviations of the parameters of each effect, by name, or of a law's terms by their
+    text; none by default.
     """
     write_text(Path(path), format_effects(effects, sigmas))
 

@@ -15,37 +15,33 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, Effect, Parameter, Prior, TruckEffect
+from omnimate.effects.effect import (
+    FAULT,
+    Array,
+    Block,
+    Drive,
+    Effect,
+    Parameter,
+    Prior,
+    TruckEffect,
+    VehicleParameters,
+)
 from omnimate.effects.words import component_in_words
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from omnimate.effects.block import Block
-    from omnimate.effects.effect import Drive
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.se2 import Array
 
 FILM_DISCREPANCY = 0.15  # [1] relative error of creep on a film, stated for a mean speed (assumption)
 
 
 @dataclass(frozen=True, slots=True)
 class FloorSlope(TruckEffect):
-    """The truck creeps towards one direction of the floor.
+    """The truck creeps towards one direction of the floor."""
 
-    Attributes:
-        rate: Creep per metre travelled.
-        direction: Direction of the creep in the world, counter-clockwise from x [rad].
-        pace: Speed of travel at which a yielding film lets the truck creep by `rate`, and with the same
-            speed while it stands [m/s]; 0 where the creep goes with the distance driven.
-    """
-
-    rate: float = 0.0
-    direction: float = 0.0
+    rate: float = 0.0  # creep per metre travelled
+    direction: float = 0.0  # direction of the creep in the world, counter-clockwise from x [rad]
+    # Speed of travel at which a yielding film lets the truck creep by `rate`, and with the same speed while
+    # it stands [m/s]; 0 where the creep goes with the distance driven
     pace: float = 0.0
 
     name = "floor_slope"
@@ -69,9 +65,9 @@ class FloorSlope(TruckEffect):
         twist[:, 1] += creep * np.sin(angle)
 
     @classmethod
-    def grid(cls, drive: Drive) -> Sequence[dict[str, float]]:
+    def grid(cls, drive: Drive) -> list[dict[str, float]]:
         """Return trial values of `pace`: creep in proportion to distance, and to time."""
-        return ({"pace": 0.0}, {"pace": drive.pace})
+        return [{"pace": 0.0}, {"pace": drive.pace}]
 
     def discrepancy(self) -> float:
         """Return the relative error of the creep over a recording, one standard deviation."""

@@ -13,17 +13,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from omnimate.effects.block import wheel_number
-from omnimate.effects.effect import FAULT, WHEEL, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, WHEEL, Block, Effect, Parameter, Prior, VehicleParameters
 from omnimate.effects.play import play_output
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.parameters import VehicleParameters
 
 # [rad] Play of a small gear's output: 0.15 to 0.5 degrees for a low-backlash gear (maxon GP 32 BZ), about one
 # degree for others. Play of one wheel beyond that is a fault.
@@ -32,13 +28,9 @@ TYPICAL_GEAR_PLAY = math.radians(1.0)
 
 @dataclass(frozen=True, slots=True)
 class GearBacklash(Effect):
-    """The wheel follows its motor through a play.
+    """The wheel follows its motor through a play."""
 
-    Attributes:
-        width: Width of the whole play, as travel of the wheel [m].
-    """
-
-    width: float = 0.0
+    width: float = 0.0  # width of the whole play, as travel of the wheel [m]
 
     name = "gear_backlash"
     stage = "travel"
@@ -62,10 +54,8 @@ class GearBacklash(Effect):
             output = -0.5 * self.width * float(np.sign(moved[0]))
         rolled = motor + np.cumsum(travel)
         wheels = play_output(rolled, output, self.width)
-        return block.with_travel(wheel, np.diff(wheels, prepend=output)), (
-            float(rolled[-1]),
-            float(wheels[-1]),
-        )
+        state = float(rolled[-1]), float(wheels[-1])
+        return block.with_travel(wheel, np.diff(wheels, prepend=output)), state
 
     @classmethod
     def in_any_robot(cls, component: str, vehicle: VehicleParameters) -> GearBacklash:

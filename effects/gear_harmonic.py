@@ -13,36 +13,25 @@ The source is the first harmonic of any periodic error.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, Parameter, Prior, WheelEffect
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import FAULT, PHASE, Array, Block, Parameter, Prior, WheelEffect
 
 
 @dataclass(frozen=True, slots=True)
 class GearHarmonic(WheelEffect):
-    """The travel is s + amplitude cos(order angle + phase).
+    """The travel is s + amplitude cos(order angle + phase)."""
 
-    Attributes:
-        amplitude: Amplitude of the travel [m].
-        order: Number of beats per turn of the wheel.
-        phase: Phase of the beat at the encoder's zero [rad].
-    """
-
-    amplitude: float = 0.0
-    order: float = 2.0
-    phase: float = 0.0
+    amplitude: float = 0.0  # amplitude of the travel [m]
+    order: float = 2.0  # number of beats per turn of the wheel
+    phase: float = 0.0  # phase of the beat at the encoder's zero [rad]
 
     name = "gear_harmonic"
     parameters = (
         Parameter("amplitude", "m", null=0.0, scale=2e-4, low=0.0, high=0.02),
         Parameter("order", "1", null=None, scale=10.0, low=0.0, high=10000.0),
-        Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
+        PHASE,
     )
     prior = Prior(FAULT)
     regime = "wheel angle of {component}, order {order:g}"

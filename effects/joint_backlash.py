@@ -12,25 +12,18 @@ The source is the play operator (Visintin, Differential Models of Hysteresis, 19
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import FAULT, JOINT, Effect, Parameter, Prior
+from omnimate.effects.effect import FAULT, JOINT, Block, Effect, Parameter, Prior
 from omnimate.effects.play import play_output
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
 
 
 @dataclass(frozen=True, slots=True)
 class JointBacklash(Effect):
-    """The reading follows the joint through a play.
+    """The reading follows the joint through a play."""
 
-    Attributes:
-        width: Width of the whole play [rad].
-    """
-
-    width: float = 0.0
+    width: float = 0.0  # width of the whole play [rad]
 
     name = "joint_backlash"
     stage = "reading"

@@ -12,24 +12,15 @@ The source is C 5.1.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from omnimate.effects.effect import JOINT, MISCALIBRATED, ChannelEffect, Parameter, Prior
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import JOINT, MISCALIBRATED, Array, Block, ChannelEffect, Parameter, Prior
 
 
 @dataclass(frozen=True, slots=True)
 class JointBias(ChannelEffect):
-    """The reading is the joint's angle plus a constant.
+    """The reading is the joint's angle plus a constant."""
 
-    Attributes:
-        bias: Angle that the joint reads too much [rad].
-    """
-
-    bias: float = 0.0
+    bias: float = 0.0  # angle that the joint reads too much [rad]
 
     name = "joint_bias"
     components = JOINT

@@ -12,35 +12,22 @@ The source is the eccentricity of graduated circles.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, JOINT, ChannelEffect, Parameter, Prior
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import FAULT, JOINT, PHASE, Array, Block, ChannelEffect, Parameter, Prior
 
 
 @dataclass(frozen=True, slots=True)
 class JointEccentricity(ChannelEffect):
-    """The reading is angle + amplitude cos(angle + phase).
+    """The reading is angle + amplitude cos(angle + phase)."""
 
-    Attributes:
-        amplitude: Largest error of the reading [rad].
-        phase: Phase of the error at angle 0 [rad].
-    """
-
-    amplitude: float = 0.0
-    phase: float = 0.0
+    amplitude: float = 0.0  # largest error of the reading [rad]
+    phase: float = 0.0  # phase of the error at angle 0 [rad]
 
     name = "joint_eccentricity"
     components = JOINT
-    parameters = (
-        Parameter("amplitude", "rad", null=0.0, scale=0.005, low=0.0, high=1.0),
-        Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
-    )
+    parameters = (Parameter("amplitude", "rad", null=0.0, scale=0.005, low=0.0, high=1.0), PHASE)
     prior = Prior(FAULT, largest=6.0)
     regime = "angle of {component}"
     separating_drive = "car-like turns that take the joint through a wide range of angles"

@@ -12,30 +12,20 @@ The source is a constant delay.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.effects.ageing import SYNC_SKEW, AgedSamples
-from omnimate.effects.effect import FAULT, JOINT, LINK, POSES, WHEEL, Parameter, Prior
-
-if TYPE_CHECKING:
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import FAULT, POSES, Array, Parameter, Prior
 
 
 @dataclass(frozen=True, slots=True)
 class Latency(AgedSamples):
-    """Every sample is the value of an earlier time.
+    """Every sample is the value of an earlier time."""
 
-    Attributes:
-        delay: Age of every sample [s].
-    """
-
-    delay: float = 0.0
+    delay: float = 0.0  # age of every sample [s]
 
     name = "latency"
-    stage = "reading"
-    components = (*WHEEL, *JOINT, *LINK, *POSES)
     parameters = (Parameter("delay", "s", null=0.0, scale=0.02, low=0.0, high=2.0),)
     prior = Prior(FAULT, background=0.25, largest=5.0)
     regime = "in proportion to the rate of {component}"

@@ -13,24 +13,15 @@ The source is a tyre of linear cornering stiffness.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from omnimate.effects.effect import RARE, Parameter, Prior, TruckEffect
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import RARE, Array, Block, Parameter, Prior, TruckEffect
 
 
 @dataclass(frozen=True, slots=True)
 class LateralSlip(TruckEffect):
-    """The sideways speed, outwards, is compliance v yaw rate.
+    """The sideways speed, outwards, is compliance v yaw rate."""
 
-    Attributes:
-        compliance: Sideways speed per lateral acceleration [s].
-    """
-
-    compliance: float = 0.0
+    compliance: float = 0.0  # sideways speed per lateral acceleration [s]
 
     name = "lateral_slip"
     parameters = (Parameter("compliance", "s", null=0.0, scale=0.02, low=0.0, high=10.0),)

@@ -30,11 +30,8 @@ from omnimate.effects.variables import Motion, available_variables
 from omnimate.effects.words import component_in_words
 
 if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.effects.effect import Stage
+    from omnimate.effects.effect import Array, Block, Stage, VehicleParameters
     from omnimate.effects.variables import MotionState
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.se2 import Array
 
 STAGE_OF: dict[str, Stage] = {"travel": "travel", "reading": "reading"}  # all others act on the body
 TWIST = {"forward": 0, "creep": 1, "yaw": 2, "turn": 2}  # column of a truck's motion
@@ -61,25 +58,17 @@ def law_quantities(component: str) -> dict[str, str]:
 class Law(Effect):
     """An error that is a formula, a curve over one variable, or the sum of both.
 
-    Attributes:
-        acts_on: Quantity of the component, one of `law_quantities`; empty for the first.
-        formula: Formula of the variables, in the grammar of `effects.expression`.
-        over: Variable over which the curve is; empty without a curve.
-        knots: Values of that variable, ascending; none without a curve.
-        ordinates: Value of the curve at each knot.
-        period: Period of the curve, in the variable's unit; 0 where it has none.
-
     Raises:
         EffectError: The quantity or a variable is not one of the component's, the formula is none, or
             knots and ordinates make no curve.
     """
 
-    acts_on: str = ""
-    formula: str = "0"
-    over: str = ""
-    knots: tuple[float, ...] = ()
-    ordinates: tuple[float, ...] = ()
-    period: float = 0.0
+    acts_on: str = ""  # quantity of the component, one of `law_quantities`; empty for the first
+    formula: str = "0"  # formula of the variables, in the grammar of `effects.expression`
+    over: str = ""  # variable over which the curve is; empty without a curve
+    knots: tuple[float, ...] = ()  # values of that variable, ascending; none without a curve
+    ordinates: tuple[float, ...] = ()  # value of the curve at each knot
+    period: float = 0.0  # period of the curve, in the variable's unit; 0 where it has none
 
     name = "law"
     stage = "travel"

@@ -12,24 +12,15 @@ The source is C 5.1.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from omnimate.effects.effect import FAULT, LINK, ChannelEffect, Parameter, Prior
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import FAULT, LINK, Array, Block, ChannelEffect, Parameter, Prior
 
 
 @dataclass(frozen=True, slots=True)
 class LinkBias(ChannelEffect):
-    """The reading is the link's length plus a constant.
+    """The reading is the link's length plus a constant."""
 
-    Attributes:
-        bias: Length that the link reads too much [m].
-    """
-
-    bias: float = 0.0
+    bias: float = 0.0  # length that the link reads too much [m]
 
     name = "link_bias"
     components = LINK

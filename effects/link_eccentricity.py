@@ -13,35 +13,22 @@ The source is the geometry of an offset hinge, to first order.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import LINK, RARE, ChannelEffect, Parameter, Prior
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import LINK, PHASE, RARE, Array, Block, ChannelEffect, Parameter, Prior
 
 
 @dataclass(frozen=True, slots=True)
 class LinkEccentricity(ChannelEffect):
-    """The reading is length + amplitude cos(angle of joint_a + phase).
+    """The reading is length + amplitude cos(angle of joint_a + phase)."""
 
-    Attributes:
-        amplitude: Largest error of the reading [m].
-        phase: Phase of the error at angle 0 of joint_a [rad].
-    """
-
-    amplitude: float = 0.0
-    phase: float = 0.0
+    amplitude: float = 0.0  # largest error of the reading [m]
+    phase: float = 0.0  # phase of the error at angle 0 of joint_a [rad]
 
     name = "link_eccentricity"
     components = LINK
-    parameters = (
-        Parameter("amplitude", "m", null=0.0, scale=0.002, low=0.0, high=1.0),
-        Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
-    )
+    parameters = (Parameter("amplitude", "m", null=0.0, scale=0.002, low=0.0, high=1.0), PHASE)
     prior = Prior(RARE, largest=5.0)
     regime = "angle of joint_a"
     separating_drive = "car-like turns that take joint_a through a wide range of angles"

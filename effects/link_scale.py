@@ -12,24 +12,15 @@ The source is a wrong scale.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from omnimate.effects.effect import LINK, RARE, ChannelEffect, Parameter, Prior
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import LINK, RARE, Array, Block, ChannelEffect, Parameter, Prior
 
 
 @dataclass(frozen=True, slots=True)
 class LinkScale(ChannelEffect):
-    """The difference from the length at rest is multiplied by a ratio.
+    """The difference from the length at rest is multiplied by a ratio."""
 
-    Attributes:
-        ratio: Difference from the length at rest as it is read, divided by the true one.
-    """
-
-    ratio: float = 1.0
+    ratio: float = 1.0  # difference from the length at rest as it is read, divided by the true one
 
     name = "link_scale"
     components = LINK

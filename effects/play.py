@@ -6,12 +6,9 @@ from omnimate.vehicle.compiled import Array, compiled
 
 
 def play_output(inputs: Array, output: float, width: float) -> Array:
-    """Return the outputs `(K,)` of the play operator for inputs `(K,)`.
+    """Return the outputs `(K,)` of the play operator for positions `(K,)` of the input, in any unit.
 
-    Args:
-        inputs: Positions of the input, shape `(K,)`, in any unit.
-        output: Position of the output before the first input, in that unit.
-        width: Full width of the play, in that unit.
+    `output` is the position of the output before them, `width` the full width of the play.
     """
     return _play_output(inputs, output, 0.5 * width)
 

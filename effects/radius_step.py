@@ -12,28 +12,18 @@ The source is a step of the radius in time.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, Parameter, Prior, WheelEffect
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import FAULT, Array, Block, Parameter, Prior, WheelEffect
 
 
 @dataclass(frozen=True, slots=True)
 class RadiusStep(WheelEffect):
-    """The rolling radius is R before a moment and ratio R after it.
+    """The rolling radius is R before a moment and ratio R after it."""
 
-    Attributes:
-        ratio: Radius after the moment, divided by the radius before it.
-        time: Moment of the step, on the recording's clock [s].
-    """
-
-    ratio: float = 1.0
-    time: float = 0.0
+    ratio: float = 1.0  # radius after the moment, divided by the radius before it
+    time: float = 0.0  # moment of the step, on the recording's clock [s]
 
     name = "radius_step"
     parameters = (

@@ -12,26 +12,17 @@ The source is a law of first order in the speed.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import RARE, Parameter, Prior, WheelEffect
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import RARE, Array, Block, Parameter, Prior, WheelEffect
 
 
 @dataclass(frozen=True, slots=True)
 class RadiusVsSpeed(WheelEffect):
-    """The rolling radius is R (1 + slope |speed|).
+    """The rolling radius is R (1 + slope |speed|)."""
 
-    Attributes:
-        slope: Relative change of the radius per speed of the wheel [1/(m/s)].
-    """
-
-    slope: float = 0.0
+    slope: float = 0.0  # relative change of the radius per speed of the wheel [1/(m/s)]
 
     name = "radius_vs_speed"
     parameters = (Parameter("slope", "1/(m/s)", null=0.0, scale=0.01, low=-1.0, high=1.0),)

@@ -17,29 +17,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimate.effects.effect import TRUCK, Effect, Parameter, Prior
+from omnimate.effects.effect import TRUCK, Array, Block, Effect, Parameter, Prior
 from omnimate.vehicle.se2 import compose, inverse
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
-
 
 @dataclass(frozen=True, slots=True)
 class ReferenceOffset(Effect):
-    """The pose that is measured is that of a reference on the truck.
+    """The pose that is measured is that of a reference on the truck."""
 
-    Attributes:
-        x: Position of the reference ahead of the middle of the axle [m].
-        y: Position to the left of it [m].
-        yaw: Rotation of the reference, counter-clockwise [rad].
-    """
-
-    x: float = 0.0
-    y: float = 0.0
-    yaw: float = 0.0
+    x: float = 0.0  # position of the reference ahead of the middle of the axle [m]
+    y: float = 0.0  # position to the left of it [m]
+    yaw: float = 0.0  # rotation of the reference, counter-clockwise [rad]
 
     name = "reference_offset"
     stage = "poses"

@@ -13,31 +13,19 @@ The source is U III: slippage as a cause of non-systematic errors.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, Parameter, Prior, WheelEffect
+from omnimate.effects.effect import FAULT, Array, Block, Parameter, Prior, VehicleParameters, WheelEffect
 from omnimate.effects.words import component_in_words
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
 class SlipPatch(WheelEffect):
-    """Within intervals of time, the travel is (1 - fraction) of the rolled distance.
+    """Within intervals of time, the travel is (1 - fraction) of the rolled distance."""
 
-    Attributes:
-        fraction: Part of the rolled distance that is not travelled.
-        intervals: Pairs of start and end, on the recording's clock [s]; without any pair the wheel always
-            slips.
-    """
-
-    fraction: float = 0.0
-    intervals: tuple[tuple[float, float], ...] = ()
+    fraction: float = 0.0  # part of the rolled distance that is not travelled
+    intervals: tuple[tuple[float, float], ...] = ()  # [s] on the recording's clock; none: always
 
     name = "slip_patch"
     parameters = (

@@ -30,13 +30,9 @@ def by_stage(effects: Iterable[Effect]) -> dict[Stage, tuple[Effect, ...]]:
 
 
 def replay(block: Block, effects: Iterable[Effect]) -> Block:
-    """Return the steps of a recording with effects applied, stage after stage.
+    """Return the steps of a nominal recording with effects applied, stage after stage, in the order given.
 
     Angles and turns are counted ones here, so that effects on encoders are inverted (`recover`).
-
-    Args:
-        block: Steps of the nominal robot, with the turns that its encoders counted.
-        effects: At one stage they act in the order given.
     """
     for stage, acting in by_stage(effects).items():
         if stage == "body":

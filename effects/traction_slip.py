@@ -14,26 +14,17 @@ The source is the linear part of the tyre's slip curve (Pacejka, Tire and Vehicl
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, TRUCK, WHEEL, Parameter, Prior, WheelEffect
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import FAULT, TRUCK, WHEEL, Array, Block, Parameter, Prior, WheelEffect
 
 
 @dataclass(frozen=True, slots=True)
 class TractionSlip(WheelEffect):
-    """The travelled speed is v - compliance a |v|.
+    """The travelled speed is v - compliance a |v|."""
 
-    Attributes:
-        compliance: Slip per acceleration [s^2/m].
-    """
-
-    compliance: float = 0.0
+    compliance: float = 0.0  # slip per acceleration [s^2/m]
 
     name = "traction_slip"
     components = (*WHEEL, *TRUCK)

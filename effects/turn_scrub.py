@@ -14,26 +14,17 @@ The source is a law of first order in the curvature.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import RARE, Parameter, Prior, TruckEffect
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import RARE, Array, Block, Parameter, Prior, TruckEffect
 
 
 @dataclass(frozen=True, slots=True)
 class TurnScrub(TruckEffect):
-    """The effective wheelbase is b (1 + slope |curvature|).
+    """The effective wheelbase is b (1 + slope |curvature|)."""
 
-    Attributes:
-        slope: Relative growth of the wheelbase per curvature [m].
-    """
-
-    slope: float = 0.0
+    slope: float = 0.0  # relative growth of the wheelbase per curvature [m]
 
     name = "turn_scrub"
     parameters = (Parameter("slope", "m", null=0.0, scale=0.005, low=-1.0, high=1.0),)

@@ -23,30 +23,20 @@ if TYPE_CHECKING:
 
 
 class MotionState(NamedTuple):
-    """State of a component's motion before a block.
+    """State of a component's motion before a block."""
 
-    Attributes:
-        start: Time at the start of the drive [s].
-        way: Distance rolled since then, forward and back [m].
-        past: Weighted mean of earlier accelerations [m/s^2], see `past_acceleration`.
-    """
-
-    start: float
-    way: float
-    past: float = 0.0
+    start: float  # time at the start of the drive [s]
+    way: float  # distance rolled since then, forward and back [m]
+    past: float = 0.0  # weighted mean of earlier accelerations [m/s^2], see `past_acceleration`
 
 
 PAST_ACCELERATION_TIME = 1.0  # [s] time constant of `past_acceleration`: longer than a change of speed
 
 
 class Motion:
-    """Motion of one component in the steps of a block.
+    """Motion of one component (a wheel, truck, joint or link) in the steps of a block.
 
-    Attributes:
-        block: Steps of the robot.
-        component: A wheel, a truck, a joint or the link.
-        begun: Its state before the block.
-        truck: Column of the component's truck; that of joint_a and the link is truck a.
+    `begun` is its state before the block, `truck` the column of its truck; that of joint_a and link is a.
     """
 
     def __init__(self, block: Block, component: str, begun: MotionState | None = None) -> None:
@@ -71,16 +61,6 @@ class Motion:
     def after(self) -> MotionState:
         """Return the state of the motion at the end of the block."""
         return self.begun._replace(way=float(self.way[-1]), past=float(self.past_acceleration[-1]))
-
-    @property
-    def rolling(self) -> Array:
-        """Speed of the component's truck [m/s]."""
-        return self.speeds[:, self.truck]
-
-    @property
-    def turning(self) -> Array:
-        """Turn rate of the component's truck [rad/s]."""
-        return self.turn_rates[:, self.truck]
 
     @property
     def speeds(self) -> Array:
@@ -156,17 +136,11 @@ def _decaying_sum(kept: Array, gained: Array, start: float) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A variable on which a law may depend.
+    """A variable on which a law may depend."""
 
-    Attributes:
-        unit: SI unit; "rad" for an angle.
-        about: Description.
-        of: Function from a component's motion to the variable, shape `(K,)`.
-    """
-
-    unit: str
+    unit: str  # SI unit; "rad" for an angle
     about: str
-    of: Callable[[Motion], Array]
+    of: Callable[[Motion], Array]  # function from a component's motion to the variable, `(K,)`
 
 
 WHEEL_ANGLE = "wheel_angle"
@@ -183,11 +157,12 @@ VARIABLES: dict[str, Variable] = {
     "acceleration": Variable("m/s^2", "rate of change of it", lambda m: m.mean(m.block.acceleration)),
     "past_acceleration": Variable("m/s^2", "mean of the accelerations of the last seconds",
         lambda m: m.past_acceleration),
-    "turn_rate": Variable("rad/s", "turn rate of the truck, to the left", lambda m: m.turning),
+    "turn_rate": Variable("rad/s", "turn rate of the truck, to the left", lambda m: m.turn_rates[:, m.truck]),
     "yaw_acceleration": Variable("rad/s^2", "rate of change of it",
         lambda m: m.yaw_accelerations[:, m.truck]),
     "load": Variable("m/s^2", "centripetal acceleration of the truck: its speed times its turn rate, "
-        "in proportion to the load that moves to the outer wheel", lambda m: m.rolling * m.turning),
+        "in proportion to the load that moves to the outer wheel",
+        lambda m: m.speeds[:, m.truck] * m.turn_rates[:, m.truck]),
     "way": Variable("m", "way rolled since the start, forward and back", lambda m: m.way),
     "time": Variable("s", "time since the start", lambda m: m.block.time - m.begun.start),
     "heading": Variable("rad", "heading of the truck", lambda m: m.block.heading[:, m.truck]),

@@ -13,26 +13,24 @@ The source is U (2.3): unequal wheel diameters.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from omnimate.effects.effect import MISCALIBRATED, Parameter, Prior, WheelEffect
+from omnimate.effects.effect import (
+    MISCALIBRATED,
+    Array,
+    Block,
+    Parameter,
+    Prior,
+    VehicleParameters,
+    WheelEffect,
+)
 from omnimate.effects.words import component_in_words
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
 class WheelDiameter(WheelEffect):
-    """The wheel's travel is multiplied by a ratio.
+    """The wheel's travel is multiplied by a ratio."""
 
-    Attributes:
-        ratio: True circumference of the wheel, divided by the nominal one.
-    """
-
-    ratio: float = 1.0
+    ratio: float = 1.0  # true circumference of the wheel, divided by the nominal one
 
     name = "wheel_diameter"
     parameters = (Parameter("ratio", "1", null=1.0, scale=0.01, low=0.5, high=2.0),)

@@ -14,34 +14,21 @@ The source is the geometry of an eccentric circle that rolls on a plane, to firs
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, Parameter, Prior, WheelEffect
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import FAULT, PHASE, Array, Block, Parameter, Prior, WheelEffect
 
 
 @dataclass(frozen=True, slots=True)
 class WheelEccentricity(WheelEffect):
-    """The rolling radius is R + amplitude cos(angle + phase).
+    """The rolling radius is R + amplitude cos(angle + phase)."""
 
-    Attributes:
-        amplitude: Amplitude of the rolling radius [m].
-        phase: Phase of the wave at the encoder's zero [rad].
-    """
-
-    amplitude: float = 0.0
-    phase: float = 0.0
+    amplitude: float = 0.0  # amplitude of the rolling radius [m]
+    phase: float = 0.0  # phase of the wave at the encoder's zero [rad]
 
     name = "wheel_eccentricity"
-    parameters = (
-        Parameter("amplitude", "m", null=0.0, scale=3e-4, low=0.0, high=0.02),
-        Parameter("phase", "rad", null=None, scale=2.0, low=-7.0, high=7.0),
-    )
+    parameters = (Parameter("amplitude", "m", null=0.0, scale=3e-4, low=0.0, high=0.02), PHASE)
     prior = Prior(FAULT)
     regime = "wheel angle of {component}"
     separating_drive = "a slow straight of twenty wheel turns"

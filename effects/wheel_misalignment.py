@@ -13,26 +13,17 @@ The source is the geometry of an axle that is turned in its frame.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.effect import FAULT, Parameter, Prior, TruckEffect
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.se2 import Array
+from omnimate.effects.effect import FAULT, Array, Block, Parameter, Prior, TruckEffect
 
 
 @dataclass(frozen=True, slots=True)
 class WheelMisalignment(TruckEffect):
-    """The truck travels at an angle to its frame's straight ahead.
+    """The truck travels at an angle to its frame's straight ahead."""
 
-    Attributes:
-        angle: Angle of the axle in the frame, counter-clockwise [rad].
-    """
-
-    angle: float = 0.0
+    angle: float = 0.0  # angle of the axle in the frame, counter-clockwise [rad]
 
     name = "wheel_misalignment"
     parameters = (Parameter("angle", "rad", null=0.0, scale=0.01, low=-1.0, high=1.0),)

@@ -13,26 +13,24 @@ The source is U (2.5) and (4.4).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from omnimate.effects.effect import MISCALIBRATED, Parameter, Prior, TruckEffect
+from omnimate.effects.effect import (
+    MISCALIBRATED,
+    Array,
+    Block,
+    Parameter,
+    Prior,
+    TruckEffect,
+    VehicleParameters,
+)
 from omnimate.effects.words import component_in_words
-
-if TYPE_CHECKING:
-    from omnimate.effects.block import Block
-    from omnimate.vehicle.parameters import VehicleParameters
-    from omnimate.vehicle.se2 import Array
 
 
 @dataclass(frozen=True, slots=True)
 class Wheelbase(TruckEffect):
-    """The effective wheelbase is the nominal one, multiplied by a ratio.
+    """The effective wheelbase is the nominal one, multiplied by a ratio."""
 
-    Attributes:
-        ratio: True wheelbase, divided by the nominal one.
-    """
-
-    ratio: float = 1.0
+    ratio: float = 1.0  # true wheelbase, divided by the nominal one
 
     name = "wheelbase"
     parameters = (Parameter("ratio", "1", null=1.0, scale=0.01, low=0.5, high=2.0),)

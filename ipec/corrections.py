@@ -23,32 +23,21 @@ PLAIN, CLAPPER, OMNIMATE = range(3)
 
 
 class Settings(Scales):
-    """Constants of a corrector.
+    """Constants of a corrector."""
 
-    Attributes:
-        law: Equations: PLAIN, CLAPPER or OMNIMATE.
-        tolerance: Error of each truck's heading that is not corrected [rad], shape `(2,)`: half a count of
-            the joint plus the resolution of the wheels.
-    """
-
-    law: int
+    law: int  # equations: PLAIN, CLAPPER or OMNIMATE
+    # Error of each truck's heading that is not corrected [rad]: half a count of the joint plus the resolution
+    # of the wheels
     tolerance: Annotated[Array, 2]
 
 
 class State(Reading):
-    """The last sample and the poses after it.
+    """The last sample and the poses after it."""
 
-    Attributes:
-        placed: 1 once truck b's pose has been initialised from the linkage.
-        pose: Poses of truck a and b [m, m, rad], shape `(2, 3)`.
-        correction: Correction of both headings in this sample [rad], shape `(2,)`.
-        taken_back: Travel of truck a taken back in this sample, C (14) [m].
-    """
-
-    placed: int
-    pose: Annotated[Array, (2, 3)]
-    correction: Annotated[Array, 2]
-    taken_back: float
+    placed: int  # 1 once truck b's pose has been initialised from the linkage
+    pose: Annotated[Array, (2, 3)]  # poses of truck a and b [m, m, rad]
+    correction: Annotated[Array, 2]  # correction of both headings in this sample [rad]
+    taken_back: float  # travel of truck a taken back in this sample, C (14) [m]
 
 
 @compiled
@@ -116,11 +105,7 @@ def initialise_truck_b(state: State) -> None:
 def advance(settings: Settings, state: State, counts: IntArray, present: NDArray[np.bool_]) -> None:
     """Process one sample: dead-reckon both trucks, C (9), and correct them if all encoders were read.
 
-    Args:
-        settings: Settings of the corrector.
-        state: State before the sample; changed to that after it.
-        counts: Counts in the order of `CHANNELS`, shape `(7,)`.
-        present: Whether each count was read, shape `(7,)`.
+    `state` is changed in place; counts and presence `(7,)` are in the order of `CHANNELS`.
     """
     convert_counts(settings, state, counts, present)
     state.correction[:] = 0.0
@@ -153,15 +138,11 @@ def advance_all(
     poses: Array,
     corrections: Array,
 ) -> None:
-    """Process all samples of a recording.
+    """Process all samples of a recording: counts and presence `(N, 7)` in the order of `CHANNELS`.
 
-    Args:
-        settings: One record `(1,)` of `Settings`.
-        states: One record `(1,)` of `State`; changed to the state after the last sample.
-        counts: Counts in the order of `CHANNELS`, shape `(N, 7)`.
-        present: Whether each count was read, shape `(N, 7)`.
-        poses: Filled with the poses of truck a and b [m, m, rad], shape `(2, N, 3)`.
-        corrections: Filled with the corrections of both headings [rad], and the travel taken back [m].
+    `settings` and `states` are records `(1,)`; the state becomes that after the last sample. Filled are the
+    `poses` `(2, N, 3)` of truck a and b [m, m, rad], and in `corrections` `(N, 3)` those of both headings
+    [rad] and the travel taken back [m].
     """
     state = states[0]
     for sample in range(len(counts)):

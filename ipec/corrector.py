@@ -28,13 +28,9 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class IpecState:
-    """The poses of both trucks after a sample. Immutable: every step returns a new one.
+    """The poses of both trucks after a sample. Immutable: every step returns a new one."""
 
-    Attributes:
-        record: The state as one read-only record `(1,)` of `omnimate.ipec.corrections.State`.
-    """
-
-    record: Record
+    record: Record  # the state as one read-only record `(1,)` of `omnimate.ipec.corrections.State`
 
     @property
     def pose_a(self) -> Array:
@@ -55,21 +51,13 @@ class IpecState:
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """The poses of both trucks at every sample of a recording.
+    """The poses of both trucks at every sample of a recording."""
 
-    Attributes:
-        time: Time of each sample on the recording's clock [s], shape `(N,)`.
-        pose_a: Pose of truck a at each sample [m, m, rad], shape `(N, 3)`; headings are continuous.
-        pose_b: Pose of truck b, shape `(N, 3)`; nan until the linkage has been read.
-        corrections: Corrections of the headings of truck a and b in each sample [rad], shape `(N, 2)`.
-        taken_back: Travel of truck a taken back in each sample, C (14) [m], shape `(N,)`.
-    """
-
-    time: Array
-    pose_a: Array
-    pose_b: Array
-    corrections: Array
-    taken_back: Array
+    time: Array  # time of each sample on the recording's clock [s], `(N,)`
+    pose_a: Array  # pose of truck a at each sample [m, m, rad], `(N, 3)`; headings are continuous
+    pose_b: Array  # pose of truck b, `(N, 3)`; nan until the linkage has been read
+    corrections: Array  # corrections of the headings of truck a and b in each sample [rad], `(N, 2)`
+    taken_back: Array  # travel of truck a taken back in each sample, C (14) [m], `(N,)`
 
 
 def settings_of(vehicle: VehicleParameters, method: Method) -> Record:
@@ -78,11 +66,8 @@ def settings_of(vehicle: VehicleParameters, method: Method) -> Record:
     Raises:
         NoLinkageError: The robot has a single truck.
     """
-    scales = scales_of(vehicle)
-    records = record(Settings)
+    records = scales_of(vehicle, Settings)
     settings = records[0]
-    for name in scales.dtype.names or ():
-        settings[name] = scales[name][0]
     laws = {"plain": PLAIN, "clapper": CLAPPER, "omnimate": OMNIMATE}
     settings["law"] = laws[method]
     if method != "plain":
@@ -92,12 +77,9 @@ def settings_of(vehicle: VehicleParameters, method: Method) -> Record:
 
 
 class Corrector:
-    """One method of correction for one robot.
+    """One method of correction for one robot with two trucks.
 
-    Args:
-        vehicle: Robot with two trucks as `vehicle.toml` describes it.
-        method: `plain` is dead reckoning alone; `clapper` is C (9)-(16); `omnimate` is O (1)-(6)
-            with C (9) first.
+    `plain` is dead reckoning alone; `clapper` is C (9)-(16); `omnimate` is O (1)-(6) with C (9) first.
 
     Raises:
         NoLinkageError: The robot has a single truck.
@@ -124,11 +106,8 @@ class Corrector:
 def correct(recording: Recording, start: ArrayLike = ORIGIN, *, method: Method = "clapper") -> Trajectory:
     """Return the poses of both trucks at every sample of a recording: what `Corrector` gives step by step.
 
-    Args:
-        recording: Recording of a robot with two trucks.
-        start: Pose of truck a at the first sample [m, m, rad], shape `(3,)`; the pose of truck b follows from
-            the linkage.
-        method: Method of correction, as for `Corrector`.
+    `start` is the pose of truck a at the first sample [m, m, rad], shape `(3,)`; that of truck b follows from
+    the linkage.
 
     Raises:
         NoLinkageError: The robot has a single truck.

@@ -15,11 +15,7 @@ class IpecError(OmnimateError):
 
 
 class NoLinkageError(IpecError):
-    """A robot without a second truck, which every correction needs.
-
-    Attributes:
-        source: Name of the recording or of the robot.
-    """
+    """A recording or robot, `source`, without a second truck, which every correction needs."""
 
     def __init__(self, source: str) -> None:
         super().__init__(
@@ -30,11 +26,7 @@ class NoLinkageError(IpecError):
 
 
 class FixError(IpecError):
-    """Fixes from which the filter cannot start.
-
-    Attributes:
-        source: Name of the recording.
-    """
+    """Fixes of a recording, `source`, from which the filter cannot start."""
 
     def __init__(self, source: str) -> None:
         super().__init__(
@@ -45,12 +37,7 @@ class FixError(IpecError):
 
 
 class LinkageChannelError(IpecError):
-    """A linkage channel that was never read, or was frozen.
-
-    Attributes:
-        source: Name of the recording or of the robot.
-        channel: Channel of the encoder.
-    """
+    """A linkage channel of a recording or robot, `source`, that was never read, or was frozen."""
 
     def __init__(self, source: str, channel: Channel, node: int, problem: str) -> None:
         super().__init__(f"{source}: {channel} (node {node}) {problem}")

@@ -30,19 +30,12 @@ LINK_LIMIT = 0.03  # [m]
 
 @dataclass(frozen=True, slots=True)
 class FrozenChannel:
-    """An interval in which a channel read a constant although odometry says that it moved.
+    """An interval in which a channel read a constant although odometry says that it moved."""
 
-    Attributes:
-        channel: Channel of the encoder.
-        start: Time of the first sample of the interval, on the recording's clock [s].
-        end: Time of the last sample of the interval, on the recording's clock [s].
-        expected: Motion of the channel in it by odometry [rad] or [m].
-    """
-
-    channel: Channel
-    start: float
-    end: float
-    expected: float
+    channel: Channel  # channel of the encoder
+    start: float  # time of the first sample of the interval, on the recording's clock [s]
+    end: float  # time of the last sample of the interval, on the recording's clock [s]
+    expected: float  # motion of the channel in it by odometry [rad] or [m]
 
 
 def frozen_channels(recording: Recording) -> tuple[FrozenChannel, ...]:

@@ -38,49 +38,29 @@ MOVED_AFTER = 3
 
 
 class OneTruckSettings:
-    """Constants of the filter.
+    """Constants of the filter."""
 
-    Attributes:
-        scale: Metres per count of the left and the right wheel, shape `(2,)`.
-        wheelbase: Nominal wheelbase [m].
-        roughness: Variance of a wheel's travel after one metre [m].
-        drift: Variance of the change of a factor in one metre [1/m].
-    """
-
-    scale: Annotated[Array, 2]
-    wheelbase: float
-    roughness: float
-    drift: float
+    scale: Annotated[Array, 2]  # metres per count of the left and the right wheel
+    wheelbase: float  # nominal wheelbase [m]
+    roughness: float  # variance of a wheel's travel after one metre [m]
+    drift: float  # variance of the change of a factor in one metre [1/m]
 
 
 class OneTruckRecord:
-    """The estimate after a sample.
+    """The estimate after a sample."""
 
-    Attributes:
-        started: 1 once both wheels were read.
-        wild: Number of wild poses since the last one that was not.
-        counts: Counts of the left and the right wheel when both were last read, shape `(2,)`.
-        mean: Pose [m, m, rad]; true over nominal diameter of the left and of the right wheel and wheelbase,
-            each minus 1; shape `(6,)`.
-        covariance: Its covariance, shape `(6, 6)`.
-    """
-
-    started: int
-    wild: int
-    counts: Annotated[IntArray, 2]
-    mean: Annotated[Array, STATES]
-    covariance: Annotated[Array, (STATES, STATES)]
+    started: int  # 1 once both wheels were read
+    wild: int  # number of wild poses since the last one that was not
+    counts: Annotated[IntArray, 2]  # counts of the left and the right wheel when both were last read
+    mean: Annotated[Array, STATES]  # pose [m, m, rad]; true over nominal diameters and wheelbase, minus 1
+    covariance: Annotated[Array, (STATES, STATES)]  # its covariance
 
 
 @compiled
 def fill_transition(mean: Array, rolled: tuple[float, float], wheelbase: float, transition: Array) -> None:
-    """Fill the derivative `(6, 6)` of the states after a movement by those before it.
+    """Fill the derivative `(6, 6)` of the states after a movement by those before it, `mean` `(6,)`.
 
-    Args:
-        mean: States before the movement, shape `(6,)`.
-        rolled: Travel of the left and the right wheel with nominal diameters [m].
-        wheelbase: Nominal wheelbase [m].
-        transition: Filled.
+    `rolled` is the travel of the left and the right wheel with nominal diameters, `wheelbase` nominal [m].
     """
     base = wheelbase * (1.0 + mean[FACTOR + 2])
     way = 0.5 * (rolled[0] * (1.0 + mean[FACTOR]) + rolled[1] * (1.0 + mean[FACTOR + 1]))
@@ -134,12 +114,9 @@ def predict(settings: OneTruckSettings, state: OneTruckRecord, counts: IntArray)
 
 @compiled
 def update(states: Record, pose: Array, sigma: Array) -> None:
-    """Update the estimate by an absolute pose, in place; coordinates that are nan are skipped.
+    """Update the estimate, a record `(1,)`, by an absolute pose `(3,)` [m, m, rad] and its sigma, in place.
 
-    Args:
-        states: Estimate, one record `(1,)` of `OneTruckRecord`.
-        pose: Measured pose [m, m, rad], shape `(3,)`.
-        sigma: Its standard deviations, shape `(3,)`.
+    Coordinates that are nan are skipped.
     """
     mean, covariance = states[0].mean, states[0].covariance
     gain, moved, is_wild = np.empty(STATES), states[0].wild >= MOVED_AFTER, False
@@ -183,17 +160,11 @@ def run(
     poses: Array,
     sigmas: Array,
 ) -> None:
-    """Run the filter over all samples.
+    """Run the filter over all samples; the state `(1,)` becomes that after the last one.
 
-    Args:
-        settings: Settings, one record `(1,)`.
-        states: State at the start `(1,)`, changed to that after the last sample.
-        counts: Counts of the left and the right wheel, shape `(N, 2)`.
-        present: Whether each was read, shape `(N, 2)`.
-        fixed: Number of the sample after which each fix is applied, ascending, shape `(K,)`.
-        fixes: Poses and standard deviations of the fixes, each `(K, 3)`.
-        poses: Filled with the pose after each sample, shape `(N, 3)`.
-        sigmas: Filled with its standard deviations, shape `(N, 3)`.
+    Counts and presence `(N, 2)` are those of the left and the right wheel. Poses and standard deviations in
+    `fixes`, each `(K, 3)`, are applied after the samples `fixed` `(K,)`, ascending. Filled are the pose after
+    each sample and its standard deviations, `(N, 3)`.
     """
     following = 0
     for sample in range(len(counts)):
@@ -208,13 +179,9 @@ def run(
 
 @dataclass(frozen=True, slots=True)
 class OneTruckState:
-    """The estimate after a sample. It is never changed: each step returns another one.
+    """The estimate after a sample. It is never changed: each step returns another one."""
 
-    Attributes:
-        record: The estimate as one record `(1,)` of `OneTruckRecord`.
-    """
-
-    record: Record
+    record: Record  # the estimate as one record `(1,)` of `OneTruckRecord`
 
     @property
     def pose(self) -> Array:
@@ -228,13 +195,7 @@ class OneTruckState:
 
 
 class OneTruckFilter:
-    """The filter of a robot's truck a, whether it has another one or not.
-
-    Args:
-        vehicle: The robot as `vehicle.toml` describes it.
-        noise: Scatter of the floor; `FilterNoise()` where it is None.
-        prior: How well `vehicle` is known; `CALIBRATED` where it is None.
-    """
+    """The filter of a robot's truck a, whether it has another one or not; arguments are those of `Filter`."""
 
     def __init__(
         self, vehicle: VehicleParameters, noise: FilterNoise | None = None, prior: Prior | None = None
@@ -248,12 +209,7 @@ class OneTruckFilter:
         self.settings["roughness"], self.settings["drift"] = noise.roughness**2, noise.drift**2
 
     def start(self, pose: ArrayLike = ORIGIN, sigma: ArrayLike = (0.0, 0.0, 0.0)) -> OneTruckState:
-        """Return the state before the first sample.
-
-        Args:
-            pose: Pose [m, m, rad], shape `(3,)`.
-            sigma: Its standard deviations, shape `(3,)`.
-        """
+        """Return the state before the first sample, at a pose with standard deviations [m, m, rad]."""
         begun, prior = record(OneTruckRecord), self.prior
         begun["mean"][0, :3] = pose
         covariance = begun["covariance"][0]
@@ -270,12 +226,9 @@ class OneTruckFilter:
         return OneTruckState(following)
 
     def fix(self, state: OneTruckState, pose: ArrayLike, sigma: ArrayLike) -> OneTruckState:
-        """Return the state after an absolute pose.
+        """Return the state after an absolute pose `(3,)` [m, m, rad] that was measured after its last sample.
 
-        Args:
-            state: State after the sample in which the pose was measured.
-            pose: Measured pose [m, m, rad], shape `(3,)`; nan for a coordinate that was not measured.
-            sigma: Its standard deviations, shape `(3,)`.
+        A coordinate that was not measured is nan.
         """
         following = state.record.copy()
         sigmas = np.maximum(np.asarray(sigma, np.float64), MIN_FIX_SIGMA)
@@ -291,17 +244,9 @@ def estimate_one_truck(
     fixes: Poses | None = None,
     prior: Prior | None = None,
 ) -> tuple[Array, Array]:
-    """Return pose and standard deviations of truck a at every sample, given the samples up to it.
+    """Return poses and standard deviations `(N, 3)` [m, m, rad] of truck a, given the samples up to each.
 
-    Args:
-        recording: Recording of a robot.
-        start: Pose at the first sample [m, m, rad], shape `(3,)`.
-        sigma: Standard deviations of `start`, shape `(3,)`.
-        fixes: Absolute poses to use, such as `recording.poses`; None for none.
-        prior: How well `recording.vehicle` is known; `CALIBRATED` where it is None.
-
-    Returns:
-        Poses [m, m, rad] and their standard deviations, each `(N, 3)`.
+    Arguments are those of `estimate`.
     """
     filter_ = OneTruckFilter(recording.vehicle, prior=prior)
     poses, sigmas = np.empty((len(recording), 3)), np.empty((len(recording), 3))

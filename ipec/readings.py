@@ -24,52 +24,35 @@ if TYPE_CHECKING:
 
 
 class Scales:
-    """Scale factors and geometry of a robot.
+    """Scale factors and geometry of a robot."""
 
-    Attributes:
-        scale: Metres per count of a wheel and of the link, radians per count of a joint, shape `(7,)`.
-        zero: Counts at angle 0, or at the link's length at rest, shape `(7,)`.
-        length: Length of the link at rest [m].
-        wheelbase: Wheelbase of truck a and b [m], shape `(2,)`.
-    """
-
-    scale: Annotated[Array, 7]
-    zero: Annotated[IntArray, 7]
-    length: float
-    wheelbase: Annotated[Array, 2]
+    scale: Annotated[Array, 7]  # metres per count of a wheel and of the link, radians per count of a joint
+    zero: Annotated[IntArray, 7]  # counts at angle 0, or at the link's length at rest
+    length: float  # length of the link at rest [m]
+    wheelbase: Annotated[Array, 2]  # wheelbase of truck a and b [m]
 
 
 class Reading:
-    """One sample in SI units, and the counts that the next one starts from.
+    """One sample in SI units, and the counts that the next one starts from."""
 
-    Attributes:
-        started: 1 for a truck whose wheels have been read, shape `(2,)`.
-        counts: Counts of each wheel where its truck was last read, shape `(4,)`.
-        moved: 1 for a truck whose wheels were both read in this sample and in an earlier one, `(2,)`.
-        travel: Travel of each wheel since its truck was last read [m], shape `(4,)`.
-        linked: 1 where both joints and the link were read.
-        joint: Angles of joint_a and joint_b [rad], shape `(2,)`.
-        length: Length of the link [m].
-    """
-
-    started: Annotated[IntArray, 2]
-    counts: Annotated[IntArray, 4]
-    moved: Annotated[IntArray, 2]
-    travel: Annotated[Array, 4]
-    linked: int
-    joint: Annotated[Array, 2]
-    length: float
+    started: Annotated[IntArray, 2]  # 1 for a truck whose wheels have been read
+    counts: Annotated[IntArray, 4]  # counts of each wheel where its truck was last read
+    moved: Annotated[IntArray, 2]  # 1 for a truck whose wheels were both read now and in an earlier sample
+    travel: Annotated[Array, 4]  # travel of each wheel since its truck was last read [m]
+    linked: int  # 1 where both joints and the link were read
+    joint: Annotated[Array, 2]  # angles of joint_a and joint_b [rad]
+    length: float  # length of the link [m]
 
 
-def scales_of(vehicle: VehicleParameters) -> Record:
-    """Return the scales of a robot with two trucks as one record `(1,)` of `Scales`.
+def scales_of(vehicle: VehicleParameters, fields: type[Scales] = Scales) -> Record:
+    """Return the scales of a robot with two trucks as one record `(1,)`; `fields` may be a class with more.
 
     Raises:
         NoLinkageError: The robot has a single truck.
     """
     if vehicle.linkage is None:
         raise NoLinkageError(vehicle.name)
-    records = record(Scales)
+    records = record(fields)
     scales = records[0]
     scales["scale"] = [vehicle.encoder(channel).scale for channel in CHANNELS]
     scales["scale"][:4] = [vehicle.metres_per_count(wheel) for wheel in WHEELS]
@@ -83,11 +66,8 @@ def scales_of(vehicle: VehicleParameters) -> Record:
 def convert_counts(scales: Scales, reading: Reading, counts: IntArray, present: NDArray[np.bool_]) -> None:
     """Convert one sample's counts to SI units; a truck moves only if both of its wheels are present.
 
-    Args:
-        scales: Scales of the robot.
-        reading: Reading of the sample before; changed to that of this sample.
-        counts: Counts in the order of `CHANNELS`, shape `(7,)`.
-        present: Whether each count was read, shape `(7,)`.
+    `reading` is that of the sample before; changed to that of this sample. Counts and presence `(7,)` are in
+    the order of `CHANNELS`.
     """
     for truck in range(2):
         left, right = 2 * truck, 2 * truck + 1

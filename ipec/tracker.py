@@ -48,27 +48,16 @@ CHECKED_SAMPLES = 2000  # latest samples that are checked for frozen channels: h
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Poses by all methods at one sample, and the corrections since the previous row.
+    """Poses by all methods at one sample, and the corrections since the previous row."""
 
-    Attributes:
-        time: Time of the last sample on the recording's clock [s].
-        plain: Pose of truck a by dead reckoning [m, m, rad], shape `(3,)`.
-        ipec: Pose of truck a by the CLAPPER's correction [m, m, rad], shape `(3,)`.
-        filtered: Pose of truck a by the filter [m, m, rad], shape `(3,)`.
-        sigma: Standard deviations of `filtered` [m, m, rad], shape `(3,)`.
-        follower: Pose of truck b by the filter [m, m, rad], shape `(3,)`.
-        corrections: Corrections of both headings by IPEC since the previous row [rad], shape `(2,)`.
-        lost: Travel that each of `WHEELS` lost since the previous row, by the filter [m], shape `(4,)`.
-    """
-
-    time: float
-    plain: Array
-    ipec: Array
-    filtered: Array
-    sigma: Array
-    follower: Array
-    corrections: Array
-    lost: Array
+    time: float  # time of the last sample on the recording's clock [s]
+    plain: Array  # pose of truck a by dead reckoning [m, m, rad], `(3,)`
+    ipec: Array  # pose of truck a by the CLAPPER's correction [m, m, rad], `(3,)`
+    filtered: Array  # pose of truck a by the filter [m, m, rad], `(3,)`
+    sigma: Array  # standard deviations of `filtered` [m, m, rad], `(3,)`
+    follower: Array  # pose of truck b by the filter [m, m, rad], `(3,)`
+    corrections: Array  # corrections of both headings by IPEC since the previous row [rad], `(2,)`
+    lost: Array  # travel that each of `WHEELS` lost since the previous row, by the filter [m], `(4,)`
 
     def as_dict(self) -> dict[str, float | None]:
         """Return the row as flat names and numbers; None for what is not known."""
@@ -85,16 +74,10 @@ class Row:
 
 
 class Tracker:
-    """Estimates the pose of a live robot by all methods.
+    """Estimates the pose of a live robot with two trucks by all methods.
 
-    Args:
-        vehicle: Robot with two trucks as `vehicle.toml` describes it.
-        plain: Plain odometry of truck a, from whose pose the tracker starts, and which its owner steps before
-            the tracker; None for one of its own, from the origin.
-        prior: How well `vehicle` is known.
-
-    Attributes:
-        vehicle: Robot with two trucks.
+    `plain` is plain odometry of truck a, from whose pose the tracker starts, and which its owner steps before
+    the tracker; None for one of its own, from the origin. `prior` says how well `vehicle` is known.
 
     Raises:
         NoLinkageError: The robot has a single truck.
@@ -197,15 +180,9 @@ def track_recording(
     fixes: Poses | None = None,
     prior: Prior = CALIBRATED,
 ) -> tuple[Iterator[Row], Estimate]:
-    """Return rows at equal intervals over a recording, and the filter's estimate.
+    """Return rows over a recording, one `every` so many seconds (0: each sample), and the estimate.
 
-    Args:
-        recording: Recording of a robot with two trucks.
-        every: Time between two rows [s]; 0 for a row at every sample.
-        start: Pose of truck a at the first sample [m, m, rad], shape `(3,)`.
-        sigma: Standard deviations of `start`, shape `(3,)`.
-        fixes: Absolute poses for the filter, such as `recording.poses`; None for none.
-        prior: How well `recording.vehicle` is known.
+    The other arguments are those of `estimate`, whose result the estimate is.
 
     Raises:
         NoLinkageError: The robot has a single truck.
@@ -235,14 +212,7 @@ def track_recording(
 class OneTruckTracker:
     """Estimates the pose of a live robot with a single truck; used as a `Tracker` is.
 
-    Args:
-        vehicle: Robot as `vehicle.toml` describes it.
-        prior: How well `vehicle` is known.
-
-    Attributes:
-        vehicle: The robot.
-        started: Whether a sample has been processed.
-        learned: None: without absolute poses there is nothing to learn from.
+    `learned` is None: without absolute poses there is nothing to learn from.
     """
 
     learned = None

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from omnimate.motion.reading import LinkReader
 from omnimate.vehicle.odometry import Odometer
+from omnimate.vehicle.parameters import CHANNELS
 from omnimate.vehicle.se2 import between, compose, wrap
 
 if TYPE_CHECKING:
@@ -40,19 +40,12 @@ class Robot(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """State of the drive after a sample.
-
-    Attributes:
-        sample: The sample that was read.
-        pose: Pose of truck a by odometry, before a fix.
-        lap: Number of the lap that is being driven, from 0; None between laps.
-        fix: Absolute pose of truck a, shape `(3,)`, where it was measured now; odometry goes on from it.
-    """
+    """State of the drive after a sample."""
 
     sample: Sample
-    pose: PoseTuple
-    lap: int | None
-    fix: Array | None = None
+    pose: PoseTuple  # pose of truck a by odometry, before a fix
+    lap: int | None  # number of the lap that is being driven, from 0; None between laps
+    fix: Array | None = None  # absolute pose of truck a measured now, `(3,)`; odometry goes on from it
 
     @property
     def error(self) -> PoseTuple | None:
@@ -135,3 +128,23 @@ def _measure_fixes(time: float, vehicle: VehicleParameters, journal: Journal, fi
         if truck == "a" and np.isfinite(pose).all():
             where = pose
     return where
+
+
+class LinkReader:
+    """Converts the counts of a sample to joint angles and link length; None for a single truck."""
+
+    def __init__(self, vehicle: VehicleParameters) -> None:
+        self._columns: list[tuple[int, int, float]] = []
+        self._length = 0.0
+        if vehicle.linkage is not None:
+            self._length = vehicle.linkage.length
+            for channel in CHANNELS[4:]:
+                encoder = vehicle.encoder(channel)
+                self._columns.append((vehicle.channels.index(encoder.channel), encoder.zero, encoder.scale))
+
+    def read(self, counts: Sequence[int]) -> tuple[float, float, float] | None:
+        """Return joint_a [rad], joint_b [rad] and the length [m] for counts in the order of the channels."""
+        if not self._columns:
+            return None
+        joint_a, joint_b, link = [(counts[column] - zero) * scale for column, zero, scale in self._columns]
+        return joint_a, joint_b, self._length + link

@@ -32,11 +32,9 @@ class LapRecorder(Protocol):
 
 
 class Journal:
-    """Records laps and fixes while a runner works; call `observe` after each of its steps.
+    """Records laps and fixes while a runner drives a program; call `observe` after each of its steps.
 
-    Attributes:
-        program: The program that is being driven.
-        lap: The lap that is being driven, from 0; None between laps.
+    `lap` is the one that is being driven, from 0; None between laps.
     """
 
     def __init__(self, program: Program, recorder: LapRecorder | None = None) -> None:

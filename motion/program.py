@@ -21,11 +21,7 @@ KEEP, HERE, WORLD = range(3)
 
 
 class ProgramError(OmnimateError):
-    """A program that no robot can drive.
-
-    Attributes:
-        row: First impossible row of the program, counted from 0.
-    """
+    """A program that no robot can drive; `row` is its first impossible row, counted from 0."""
 
     def __init__(self, row: int, problem: str) -> None:
         super().__init__(f"row {row} of the program: {problem}")
@@ -33,63 +29,38 @@ class ProgramError(OmnimateError):
 
 
 class Row(NamedTuple):
-    """One step of a program.
+    """One step of a program."""
 
-    Attributes:
-        kind: REST, LINE, ARC, TURN, PASS or GOTO.
-        x: X of the line's end, the arc's centre, the via-point or the goal [m].
-        y: Y of the line's end, the arc's centre, the via-point or the goal [m].
-        heading: Course of a line; heading at the end of a turn (unwrapped) or at the goal [rad].
-        reverse: 1 where a line is driven backwards.
-        curvature: Curvature of an arc, positive to the left; else the sharpest that is allowed [1/m].
-        length: Length of an arc [m].
-        tolerance: Distance from a via-point at which the next row begins [m].
-        speed: Speed of the truck's centre, or of the wheels in a turn on the spot [m/s].
-        corner_speed: Speed to which a via-point slows the truck down [m/s].
-        duration: Duration of a rest, counted from standstill [s].
-        fix: 1 where an absolute fix is due in the middle of a rest.
-        truck: 0 to move truck a, 1 to move truck b alone (GOTO).
-        frame: KEEP the one before, begin a new one HERE, or go back to the WORLD.
-        lap: Number of the lap that the row belongs to; -1 between laps.
-    """
-
-    kind: int
-    x: float = 0.0
-    y: float = 0.0
-    heading: float = 0.0
-    reverse: int = 0
-    curvature: float = 1.0
-    length: float = 0.0
-    tolerance: float = 0.0
-    speed: float = 0.0
-    corner_speed: float = 0.0
-    duration: float = 0.0
-    fix: int = 0
-    truck: int = 0
-    frame: int = KEEP
-    lap: int = -1
+    kind: int  # REST, LINE, ARC, TURN, PASS or GOTO
+    x: float = 0.0  # X of the line's end, the arc's centre, the via-point or the goal [m]
+    y: float = 0.0  # Y of the line's end, the arc's centre, the via-point or the goal [m]
+    heading: float = 0.0  # course of a line; heading at the end of a turn (unwrapped) or at the goal [rad]
+    reverse: int = 0  # 1 where a line is driven backwards
+    curvature: float = 1.0  # of an arc, positive to the left; else the sharpest that is allowed [1/m]
+    length: float = 0.0  # length of an arc [m]
+    tolerance: float = 0.0  # distance from a via-point at which the next row begins [m]
+    speed: float = 0.0  # speed of the truck's centre, or of the wheels in a turn on the spot [m/s]
+    corner_speed: float = 0.0  # speed to which a via-point slows the truck down [m/s]
+    duration: float = 0.0  # duration of a rest, counted from standstill [s]
+    fix: int = 0  # 1 where an absolute fix is due in the middle of a rest
+    truck: int = 0  # 0 to move truck a, 1 to move truck b alone (GOTO)
+    frame: int = KEEP  # KEEP the one before, begin a new one HERE, or go back to the WORLD
+    lap: int = -1  # number of the lap that the row belongs to; -1 between laps
 
 
 @dataclass(frozen=True, slots=True)
 class Program:
     """A program of motions.
 
-    Attributes:
-        protocol: Protocol as in `run.toml`: umbmark, extended-umbmark, straight, free.
-        rows: The rows in the order in which they are driven.
-        directions: Direction of each lap.
-        side: Side of the square [m]; None where no square is driven.
-        follower: Control law of truck b.
-
     Raises:
         ProgramError: A row could not be finished.
     """
 
-    protocol: str
-    rows: tuple[Row, ...]
-    directions: tuple[Direction, ...]
-    side: float | None = None
-    follower: Follower = "car"
+    protocol: str  # protocol as in `run.toml`: umbmark, extended-umbmark, straight, free
+    rows: tuple[Row, ...]  # the rows in the order in which they are driven
+    directions: tuple[Direction, ...]  # direction of each lap
+    side: float | None = None  # side of the square [m]; None where no square is driven
+    follower: Follower = "car"  # control law of truck b
 
     def __post_init__(self) -> None:
         for number, row in enumerate(self.rows):

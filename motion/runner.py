@@ -67,9 +67,8 @@ class Runner:
     def step(self, pose_a: PoseTuple, link: PoseTuple | None = None) -> tuple[float, ...]:
         """Return the wheel speeds [rad/s], in the order of `vehicle.wheels`, until the next sample.
 
-        Args:
-            pose_a: x [m], y [m], theta [rad] of truck a by odometry; theta wrapped or not.
-            link: joint_a [rad], joint_b [rad], length [m] as read; None for a single truck.
+        `pose_a` is x [m], y [m], theta [rad] of truck a by odometry, theta wrapped or not; `link` joint_a
+        [rad], joint_b [rad] and length [m] as read, None for a single truck.
 
         Raises:
             ValueError: two trucks and no link.

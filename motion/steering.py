@@ -15,9 +15,7 @@ Steer = tuple[float, float, bool]
 LOOKAHEAD = 1.0  # [m] a truck off its line aims at the point this far ahead
 STIFFNESS = 4.0  # [1/m] curvature per radian off course; with the above critically damped
 BRAKING_SHARE = 0.8  # [1] share of the acceleration limit for braking; the rest is for steering
-SETTLING_SHARE = (
-    0.25  # [1] share of the remaining distance per step at the end: no overshoot with one step of delay
-)
+SETTLING_SHARE = 0.25  # [1] of the remaining distance per step at the end: no overshoot with a step's delay
 
 
 @compiled
@@ -46,15 +44,11 @@ def approach_speed(remaining: float, tolerance: float, speed: float, settings: S
 def path_turn_rate(
     speed: float, aside: float, course: float, travel_heading: float, curvature: float, sharpest: float
 ) -> float:
-    """Return the turn rate [rad/s] of a truck that follows a path.
+    """Return the turn rate [rad/s] of a truck that follows a path of a curvature and a course.
 
-    Args:
-        speed: Speed along the path [m/s]; nothing is steered while driving back from an overshoot.
-        aside: Distance from the path, to the left [m].
-        course: Course of the path [rad].
-        travel_heading: Heading in which the truck moves, that of its back where it reverses [rad].
-        curvature: Curvature of the path [1/m].
-        sharpest: Largest curvature that may be added [1/m].
+    `aside` is its distance to the left of the path [m], `travel_heading` that in which it moves, of its back
+    where it reverses, `sharpest` the largest curvature that may be added [1/m]. Nothing is steered while it
+    drives back from an overshoot: a negative speed along the path.
     """
     off = wrap_angle(course - math.atan(aside / LOOKAHEAD) - travel_heading)
     return max(speed, 0.0) * (curvature + clip(STIFFNESS * off, sharpest))

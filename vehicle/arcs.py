@@ -50,10 +50,7 @@ def sinc_slope(half: ArrayLike) -> Array:
 def arc(left: ArrayLike, right: ArrayLike, wheelbase: ArrayLike) -> Array:
     """Return the pose increments `(..., 3)` of a truck, in its own frame, along exact circular arcs.
 
-    Args:
-        left: Travel of the left wheel [m], shape `(...)`.
-        right: Travel of the right wheel [m], shape `(...)`.
-        wheelbase: Distance between the contact points of the two drive wheels [m], one or `(...)`.
+    `left` and `right` `(...)` are the travel of its wheels [m], `wheelbase` [m] is one or `(...)`.
     """
     left, right = np.asarray(left, np.float64), np.asarray(right, np.float64)
     turn = (right - left) / np.asarray(wheelbase, np.float64)
@@ -77,13 +74,7 @@ def arc_derivative(way: ArrayLike, turn: ArrayLike) -> Array:
 
 
 def arc_jacobian(left: ArrayLike, right: ArrayLike, wheelbase: ArrayLike) -> Array:
-    """Return the derivatives `(..., 3, 3)` of `arc` by left, right and wheelbase, in the body frame after it.
-
-    Args:
-        left: Travel of the left wheel [m], shape `(...)`.
-        right: Travel of the right wheel [m], shape `(...)`.
-        wheelbase: Wheelbase [m], shape `(...)` or one for all.
-    """
+    """Return the derivatives `(..., 3, 3)` of `arc` by left, right and wheelbase, body frame after it."""
     left, right = np.asarray(left, np.float64), np.asarray(right, np.float64)
     base = np.asarray(wheelbase, np.float64)[..., np.newaxis]
     turn = (right - left)[..., np.newaxis] / base
@@ -96,12 +87,8 @@ def travel_lever(heading: Real, x: Real, y: Real, turn: float) -> tuple[Real, Re
     """Return how much a later x and y change by a metre of a wheel's travel, in the frame of all poses.
 
     The travel moves the truck forward by half of it and turns it; compiled code calls this with floats.
-
-    Args:
-        heading: Heading while the wheel travels [rad].
-        x: Displacement in x from there to the later pose [m].
-        y: Likewise.
-        turn: Turn by a metre of travel: -1 / wheelbase of the left wheel, 1 / wheelbase of the right [rad/m].
+    `heading` [rad] is that of the truck meanwhile, `x` and `y` [m] the displacement to the later pose, `turn`
+    the turn by a metre of travel: -1 / wheelbase of the left wheel, 1 / wheelbase of the right [rad/m].
     """
     return 0.5 * np.cos(heading) - turn * y, 0.5 * np.sin(heading) + turn * x
 
@@ -109,10 +96,8 @@ def travel_lever(heading: Real, x: Real, y: Real, turn: float) -> tuple[Real, Re
 def wheel_levers(heading: Array, way: Array, wheelbase: float) -> Array:
     """Return the derivatives `(..., 3, 2)` of later poses by the travel of the left and the right wheel.
 
-    Args:
-        heading: Heading while the wheels travel [rad], shape `(...)`.
-        way: Displacement to the later pose in x and y [m], shape `(..., 2)`.
-        wheelbase: Wheelbase [m].
+    `heading` `(...)` [rad] is that of the truck meanwhile, `way` `(..., 2)` [m] the displacement to the later
+    pose.
     """
     columns = []
     for turn in (-1.0 / wheelbase, 1.0 / wheelbase):
@@ -134,10 +119,8 @@ def integrate(increments: ArrayLike, start: ArrayLike = (0.0, 0.0, 0.0)) -> Arra
 def integrate_twists(twists: Array, heading: Array, start: Array) -> Array:
     """Return the poses `(N, 3)` along N - 1 arcs with sideways motion.
 
-    Args:
-        twists: Travel forward and to the left on each arc [m], shape `(N - 1, 2)` or more columns.
-        heading: Heading at the ends of the arcs [rad], shape `(N,)`.
-        start: First pose, of which x and y are used, shape `(3,)`.
+    Each twist goes forward and to the left [m], `(N - 1, 2)` or more columns; `heading` `(N,)` [rad] is that
+    at the ends of the arcs. Of `start` `(3,)`, the first pose, x and y are used.
     """
     half = 0.5 * np.diff(heading)
     gone = rotate(heading[:-1] + half, twists[:, :2]) * sinc(half)[:, np.newaxis]
@@ -157,14 +140,7 @@ def twists_along(path: Array) -> Array:
 
 
 def advance(pose: PoseTuple, left: float, right: float, wheelbase: float) -> PoseTuple:
-    """Return the pose after one exact arc: `arc` and `integrate` for a single step of plain floats.
-
-    Args:
-        pose: X [m], y [m] and theta [rad] before the step.
-        left: Travel of the left wheel [m].
-        right: Travel of the right wheel [m].
-        wheelbase: Distance between the contact points of the two drive wheels [m].
-    """
+    """Return the pose after one exact arc: `arc` and `integrate` for a single step of plain floats."""
     turn = (right - left) / wheelbase
     half = 0.5 * turn
     chord = 0.5 * (left + right) * sinc_of(half)

@@ -31,116 +31,63 @@ if TYPE_CHECKING:
 MAX_SINGLE_ANSWERS = 2  # successive samples with one frame after which owed answers count as lost
 LATENCY_TOLERANCE = 0.25  # [SYNC periods] largest increase of an answer's latency (assumption)
 ACCEPTED, HELD, LATE, DUPLICATE, WRONG_LENGTH, REPEATED = range(6)  # fate of a frame
-REASONS: tuple[GapReason, ...] = (
-    "missing",
-    "missing",
-    "jump",
-    "reboot",
-)  # indexed by the constants below; 0: no gap
+REASONS: tuple[GapReason, ...] = ("missing", "missing", "jump", "reboot")  # by the constants below; 0: no gap
 MISSING, JUMP, REBOOT = 1, 2, 3  # causes of a gap; the highest one is reported
 NOTHING, BOOTED, STARTED = range(-3, 0)  # kinds of events that are not PDOs
 
 
 class PdoState:
-    """Record of one TPDO: expected length, state, and counts of its frames.
+    """Record of one TPDO: expected length, state, and counts of its frames."""
 
-    Attributes:
-        cob_id: COB-ID of the PDO.
-        node: Node that sends the PDO.
-        length: Expected length [bytes].
-        is_mapped: Whether the length is that of a mapping that was read from the device.
-        is_exact: Whether longer frames are rejected.
-        is_timed: Whether the device's event timer sends it more than once per SYNC.
-        answered: Whether a valid frame entered the open sample.
-        heard: Whether any frame of the PDO was received since the last SYNC.
-        frames: Number of frames that are held back since the last SYNC.
-        word: Content of the frame that entered the sample, or of the last one that is held.
-        device_time: Its timestamp of the adapter [s].
-        arrival_time: When it was on the bus, on the recording's clock [s].
-        owed: SYNCs whose answers may still come.
-        alone: Samples in a row with one frame while answers are owed; counted from the last missed SYNC on.
-        usual: Latency of the last unambiguous answer [s]; nan before the first.
-        last: Number of the sample that it last entered; -1 before the first.
-        has_booted: Whether a boot-up of its node was heard since then.
-        was_started: Whether the node was started after that.
-        has_restarted: Whether the node's counters begin anew with the frame that entered the sample.
-        is_boot_doubted: Whether a boot-up was received although the PDOs did not stop; reset by the driver.
-        received: Frames that entered a sample.
-        missing: SYNCs without an answer, not counting late answers.
-        late: Frames received after their sample was closed.
-        duplicate: Further answers to one SYNC.
-        wrong_length: Frames of an impossible length.
-        jumps: Readings that were rejected as impossible.
-    """
-
-    cob_id: int
-    node: int
-    length: int
-    is_mapped: bool
-    is_exact: bool
-    is_timed: bool
-    answered: bool
-    heard: bool
-    frames: int
-    word: np.uint64
-    device_time: float
-    arrival_time: float
-    owed: int
-    alone: int
-    usual: float
-    last: int
-    has_booted: bool
-    was_started: bool
-    has_restarted: bool
-    is_boot_doubted: bool
-    received: int
-    missing: int
-    late: int
-    duplicate: int
-    wrong_length: int
-    jumps: int
+    cob_id: int  # COB-ID of the PDO
+    node: int  # node that sends the PDO
+    length: int  # expected length [bytes]
+    is_mapped: bool  # whether the length is that of a mapping that was read from the device
+    is_exact: bool  # whether longer frames are rejected
+    is_timed: bool  # whether the device's event timer sends it more than once per SYNC
+    answered: bool  # whether a valid frame entered the open sample
+    heard: bool  # whether any frame of the PDO was received since the last SYNC
+    frames: int  # number of frames that are held back since the last SYNC
+    word: np.uint64  # content of the frame that entered the sample, or of the last one that is held
+    device_time: float  # its timestamp of the adapter [s]
+    arrival_time: float  # when it was on the bus, on the recording's clock [s]
+    owed: int  # SYNCs whose answers may still come
+    alone: int  # samples in a row with one frame while answers are owed; counted from the last missed SYNC on
+    usual: float  # latency of the last unambiguous answer [s]; nan before the first
+    last: int  # number of the sample that it last entered; -1 before the first
+    has_booted: bool  # whether a boot-up of its node was heard since then
+    was_started: bool  # whether the node was started after that
+    has_restarted: bool  # whether the node's counters begin anew with the frame that entered the sample
+    is_boot_doubted: bool  # whether it booted although its PDOs did not stop; reset by the driver
+    received: int  # frames that entered a sample
+    missing: int  # SYNCs without an answer, not counting late answers
+    late: int  # frames received after their sample was closed
+    duplicate: int  # further answers to one SYNC
+    wrong_length: int  # frames of an impossible length
+    jumps: int  # readings that were rejected as impossible
 
 
 class ChannelState(BridgedCounter):
-    """Record of one encoder: its counter, its field in a PDO, and its gap.
+    """Record of one encoder: its counter, its field in a PDO, and its gap."""
 
-    Attributes:
-        pdo: Place of its PDO.
-        left: Bits by which the PDO is shifted left, so that the field's highest bit is the number's.
-        right: Bits by which it is then shifted right.
-        signed: Whether the field is signed.
-        gap: Place in `REASONS` of why it has not been read since `last_good`; 0 where it has.
-        last_good: Time of the last sample in which it was read [s]; of the first one before that.
-        ended_gap: Place in `REASONS` of the gap that has ended in this sample; 0 for none.
-        gap_start: Its start [s].
-    """
-
-    pdo: int
-    left: int
-    right: int
-    signed: bool
-    gap: int
-    last_good: float
-    ended_gap: int
-    gap_start: float
+    pdo: int  # place of its PDO
+    left: int  # bits by which the PDO is shifted left, so that the field's highest bit is the number's
+    right: int  # bits by which it is then shifted right
+    signed: bool  # whether the field is signed
+    gap: int  # place in `REASONS` of why it has not been read since `last_good`; 0 where it has
+    last_good: float  # time of the last sample in which it was read [s]; of the first one before that
+    ended_gap: int  # place in `REASONS` of the gap that has ended in this sample; 0 for none
+    gap_start: float  # its start [s]
 
 
 class Cycle:
-    """Record of the current sample.
+    """Record of the current sample."""
 
-    Attributes:
-        period: Time between two SYNCs [s].
-        number: Number of samples opened before it; -1 before the first.
-        time: Time of its SYNC [s].
-        is_open: Whether it is open.
-        is_synchronous: Whether PDOs answer SYNC; otherwise each is current when it comes, and none is late.
-    """
-
-    period: float
-    number: int
-    time: float
-    is_open: bool
-    is_synchronous: bool
+    period: float  # time between two SYNCs [s]
+    number: int  # number of samples opened before it; -1 before the first
+    time: float  # time of its SYNC [s]
+    is_open: bool  # whether it is open
+    is_synchronous: bool  # whether PDOs answer SYNC; otherwise each is current when it comes, none late
 
 
 def pdo_lengths(vehicle: VehicleParameters) -> dict[int, int]:
@@ -200,14 +147,9 @@ def take_frame(
 ) -> int:
     """Process a frame of a PDO, at any time and with any content; return its fate.
 
-    Args:
-        cycles: Record of the open sample.
-        pdos: Records of the PDOs.
-        place: Place of the frame's PDO.
-        word: Its first 8 data bytes as one little-endian number.
-        length: Number of its data bytes.
-        device_time: Timestamp of the adapter [s].
-        arrival_time: When the frame was on the bus, on the recording's clock [s].
+    It is one of `length` bytes for the PDO at `place`; `word` are its first 8 bytes as a little-endian
+    number, `device_time` is the adapter's timestamp, `arrival_time` when it was on the bus, on the
+    recording's clock [s].
     """
     cycle, pdo = cycles[0], pdos[place]
     if length == pdo.length:

@@ -28,30 +28,17 @@ _PARTNERS: dict[Channel, Channel] = {
 
 
 class BridgedCounter(Counter):
-    """Record of a counter that may be a wheel's.
+    """Record of a counter that may be a wheel's."""
 
-    Attributes:
-        partner: Column of the truck's other wheel; -1 where the counter is no wheel's.
-        scale: Travel per count [m].
-        history: Counts of the last samples, the sample of number n at n modulo its length.
-        has_history: Whether the wheel has been read.
-        lost: Counts that are added in this sample for a restart.
-        is_pair_known: Whether both wheels were read in some sample; the last such sample gives the next
-            fields.
-        pair_count: Count of the other wheel in it.
-        pair_travel: Counts of both wheels over the `RATIO_WINDOW` before it, this one's first, shape `(2,)`.
-        is_partner_rebased: Whether the other wheel's counter was restarted since then.
-    """
-
-    partner: int
-    scale: float
-    history: Annotated[IntArray, RATIO_WINDOW + 1]
-    has_history: bool
-    lost: int
-    is_pair_known: bool
-    pair_count: int
-    pair_travel: Annotated[IntArray, 2]
-    is_partner_rebased: bool
+    partner: int  # column of the truck's other wheel; -1 where the counter is no wheel's
+    scale: float  # travel per count [m]
+    history: Annotated[IntArray, RATIO_WINDOW + 1]  # last counts, of sample n at n modulo its length
+    has_history: bool  # whether the wheel has been read
+    lost: int  # counts that are added in this sample for a restart
+    is_pair_known: bool  # whether both wheels were read in some sample; of the last one are the next fields
+    pair_count: int  # count of the other wheel in it
+    pair_travel: Annotated[IntArray, 2]  # counts of this and the other over `RATIO_WINDOW`
+    is_partner_rebased: bool  # whether the other wheel's counter was restarted since then
 
 
 def partners(vehicle: VehicleParameters) -> dict[int, int]:

@@ -48,11 +48,7 @@ def compiled_without_lock(function: Function) -> Function:
 
 
 class Compiled:
-    """A function and its compiled form, made at the first call.
-
-    Attributes:
-        __wrapped__: The plain function.
-    """
+    """A plain function, `__wrapped__`, and its compiled form, made at the first call."""
 
     def __init__(self, function: FunctionType, *, is_locked: bool = True) -> None:
         functools.update_wrapper(self, function)

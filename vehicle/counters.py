@@ -29,56 +29,33 @@ MAX_TURN_RATE = 20.0  # [rad/s] of a joint; assumption: no floor robot is faster
 
 @dataclass(frozen=True, slots=True)
 class CounterLaw:
-    """Ranges and largest step of one encoder's raw counter.
+    """Ranges and largest step of one encoder's raw counter."""
 
-    Attributes:
-        periods: Ranges [counts] modulo which a step is taken, one or two, in this order.
-        max_step: Largest step per sample that is accepted [counts], below half of every range.
-        absolute: True for a position (joint, link), False for travel (wheel).
-        below_half: Largest step that is not half of a range or more [counts].
-    """
-
-    periods: tuple[int, ...]
-    max_step: int
-    absolute: bool
-    below_half: int = field(init=False)
+    periods: tuple[int, ...]  # ranges [counts] modulo which a step is taken, one or two, in this order
+    max_step: int  # largest step per sample that is accepted [counts], below half of every range
+    absolute: bool  # True for a position (joint, link), False for travel (wheel)
+    below_half: int = field(init=False)  # largest step that is not half of a range or more [counts]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "below_half", (min(self.periods) + 1) // 2 - 1)
 
 
 class Counter:
-    """Record of one encoder's counter; the first five fields are its law.
+    """Record of one encoder's counter; the first five fields are its law."""
 
-    Attributes:
-        periods: Ranges modulo which a step is taken [counts], shape `(2,)`; 0 for none, or for 2^64.
-        max_step: Largest step per sample that is accepted [counts].
-        below_half: Largest step that is not half of a range or more [counts].
-        is_absolute: Whether a reading is a position (joint, link), not travel (wheel).
-        count: Unwrapped count of the last accepted reading; 0 before the first.
-        raw: That reading.
-        suspect: The reading after it that was rejected.
-        samples: Samples since the last accepted reading.
-        is_known: Whether a reading has been accepted.
-        is_suspect: Whether the last reading was rejected.
-        begins_anew: Whether the device has restarted since the last accepted reading.
-        present: Whether a reading was accepted in this sample.
-        rebased: Whether it was one of a wheel's counter that had begun anew.
-    """
-
-    periods: Annotated[IntArray, 2]
-    max_step: int
-    below_half: int
-    is_absolute: bool
-    count: int
-    raw: int
-    suspect: int
-    samples: int
-    is_known: bool
-    is_suspect: bool
-    begins_anew: bool
-    present: bool
-    rebased: bool
+    periods: Annotated[IntArray, 2]  # ranges modulo which a step is taken [counts]; 0 for none, or for 2^64
+    max_step: int  # largest step per sample that is accepted [counts]
+    below_half: int  # largest step that is not half of a range or more [counts]
+    is_absolute: bool  # whether a reading is a position (joint, link), not travel (wheel)
+    count: int  # unwrapped count of the last accepted reading; 0 before the first
+    raw: int  # that reading
+    suspect: int  # the reading after it that was rejected
+    samples: int  # samples since the last accepted reading
+    is_known: bool  # whether a reading has been accepted
+    is_suspect: bool  # whether the last reading was rejected
+    begins_anew: bool  # whether the device has restarted since the last accepted reading
+    present: bool  # whether a reading was accepted in this sample
+    rebased: bool  # whether it was one of a wheel's counter that had begun anew
 
 
 def counter_law(encoder: Encoder, vehicle: VehicleParameters) -> CounterLaw:

@@ -37,12 +37,7 @@ def geometry_lines(*, has_two: bool) -> Iterator[str]:
 
 
 def bus_lines(bitrate: int | None, sync_period: float | None) -> Iterator[str]:
-    """Yield the table of the bus.
-
-    Args:
-        bitrate: Its bit rate [bit/s]; None where it is not known.
-        sync_period: Measured period of SYNC [s]; None without SYNC.
-    """
+    """Yield the table of the bus; bit rate [bit/s] and measured period of SYNC [s] are None where unknown."""
     yield from ("", "[bus]")
     if bitrate is None:
         yield unknown_line("bitrate", "500000", "[bit/s] that of the adapter: ip -details link show can0")

@@ -15,9 +15,7 @@ class OmnimateError(Exception):
 class TableError(OmnimateError):
     """A table of a file with an unknown key, or with a value that is missing or impossible.
 
-    Attributes:
-        key: Dotted key inside the file or the table, such as `truck.a.wheelbase`.
-        problem: What is wrong with it and what was expected.
+    `key` is dotted, as in `truck.a.wheelbase`; `problem` says what is wrong and what was expected.
     """
 
     def __init__(self, key: str, problem: str) -> None:
@@ -27,12 +25,7 @@ class TableError(OmnimateError):
 
 
 class VehicleFileError(OmnimateError):
-    """A `vehicle.toml` that does not describe a possible robot.
-
-    Attributes:
-        source: Name of the file.
-        key: Dotted key inside the file, such as `truck.a.wheelbase`.
-    """
+    """A `vehicle.toml`, `source`, that does not describe a possible robot; `key` is as in `TableError`."""
 
     def __init__(self, source: str | Path, key: str, problem: str) -> None:
         super().__init__(f"{source}: {key}: {problem}")
@@ -41,11 +34,9 @@ class VehicleFileError(OmnimateError):
 
 
 class LogError(OmnimateError):
-    """A bus log that cannot be read, or not to its end.
+    """A bus log, `source`, that cannot be read, or not to its end.
 
-    Attributes:
-        source: Name of the file.
-        line: First bad line of the file, counted from 1; None where the format has no lines.
+    `line` is the first bad one, counted from 1; None where the format has no lines.
     """
 
     def __init__(self, source: str | Path, line: int | None, problem: str) -> None:
@@ -56,11 +47,7 @@ class LogError(OmnimateError):
 
 
 class RecordingError(OmnimateError):
-    """A recording folder that is incomplete or contradicts itself.
-
-    Attributes:
-        source: Name of the folder, or of the file in it.
-    """
+    """A recording folder, or a file in it, `source`, that is incomplete or contradicts itself."""
 
     def __init__(self, source: str | Path, problem: str) -> None:
         super().__init__(f"{source}: {problem}")

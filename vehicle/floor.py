@@ -23,17 +23,13 @@ if TYPE_CHECKING:
 # x and in y, as U V reports: shown by `pytest tests/vcan_sim/test_floor.py`. The heading then scatters by
 # 0.54 degrees.
 CONCRETE_ROUGHNESS = 5.6e-4
-QUADRATURE_NODES = (
-    24  # of the Gauss-Legendre rule along an arc: exact to rounding for turns of up to two revolutions
-)
+QUADRATURE_NODES = 24  # of the Gauss-Legendre rule along an arc: exact to rounding up to two revolutions
 
 
 def floor_covariance(levers: Array, travel: Array) -> Array:
     """Return the covariances `(..., 3, 3)` of poses for a roughness of 1 m/sqrt(m).
 
-    Args:
-        levers: Derivatives of the poses by the travel of both wheels, shape `(..., 3, 2)`.
-        travel: Travel of the left and the right wheel [m], shape `(..., 2)`.
+    `levers` `(..., 3, 2)` are their derivatives by the `travel` `(..., 2)` of both wheels [m].
     """
     scattered = levers * np.sqrt(np.abs(travel))[..., np.newaxis, :]
     return np.asarray(scattered @ np.swapaxes(scattered, -1, -2), np.float64)
@@ -42,13 +38,9 @@ def floor_covariance(levers: Array, travel: Array) -> Array:
 def path_covariance(left: ArrayLike, right: ArrayLike, wheelbase: float) -> Array:
     """Return the covariance `(3, 3)` after a path of long arcs for a roughness of 1 m/sqrt(m).
 
-    It is that of x, y [m] and theta [rad] in the frame of the path's start. A straight line (left = right)
-    and a turn on the spot (left = -right) are arcs too.
-
-    Args:
-        left: Travel of the left wheel in each arc [m], shape `(N,)`.
-        right: Likewise of the right wheel.
-        wheelbase: Wheelbase of the truck [m].
+    It is that of x, y [m] and theta [rad] in the frame of the path's start. `left` and `right` `(N,)` are the
+    travel of the wheels in each arc [m]; a straight line (left = right) and a turn on the spot (left =
+    -right) are arcs too.
     """
     travel = np.stack([np.asarray(left, np.float64), np.asarray(right, np.float64)], axis=-1)
     node, weight = np.polynomial.legendre.leggauss(QUADRATURE_NODES)

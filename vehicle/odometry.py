@@ -22,13 +22,10 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 
-def wheel_travel(counts: ArrayLike, metres_per_count: float) -> Array:
-    """Return the travel of a wheel [m] for counts of any shape, U (2.2) with c_m of U (2.1), (4.33)."""
-    return np.asarray(counts, np.float64) * metres_per_count
-
-
 def truck_travel(recording: Recording, truck: TruckName) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return the cumulative travel of a truck's wheels [m] and where both were present, each `(N,)`.
+
+    The travel is that of U (2.2), with c_m of U (2.1), (4.33).
 
     Raises:
         RecordingError: The two wheels are never present together.
@@ -42,12 +39,11 @@ def truck_travel(recording: Recording, truck: TruckName) -> tuple[Array, Array, 
             "check node, cob_id and start_bit of both in vehicle.toml",
         )
     held = np.maximum.accumulate(np.where(both, np.arange(len(both)), int(np.argmax(both))))
-    vehicle = recording.vehicle
-    travel = [
-        wheel_travel(recording.channel_counts(wheel)[held], vehicle.metres_per_count(wheel))
+    travel_left, travel_right = (
+        recording.channel_counts(wheel)[held].astype(np.float64) * recording.vehicle.metres_per_count(wheel)
         for wheel in (left, right)
-    ]
-    return travel[0], travel[1], both
+    )
+    return travel_left, travel_right, both
 
 
 def dead_reckon(recording: Recording, truck: TruckName = "a", start: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
@@ -69,8 +65,7 @@ def wheels_of(truck: TruckName) -> tuple[Channel, Channel]:
 class Odometer:
     """Dead reckoning of one truck, sample by sample; agrees with `dead_reckon` to rounding.
 
-    Attributes:
-        pose: Pose after the last sample: x [m], y [m], theta [rad].
+    `pose` is that after the last sample: x [m], y [m], theta [rad].
     """
 
     def __init__(

@@ -58,51 +58,31 @@ class Poses:
 
 @dataclass(frozen=True, slots=True)
 class Lap:
-    """A section of a drive, such as one square, that may be held out.
+    """A section of a drive, such as one square, that may be held out."""
 
-    Attributes:
-        direction: Direction of a closed path, cw or ccw; "none" for any other path.
-        start: [s] on the recording's clock.
-        end: [s] likewise.
-    """
-
-    direction: Direction
-    start: float
-    end: float
+    direction: Direction  # direction of a closed path, cw or ccw; "none" for any other path
+    start: float  # [s] on the recording's clock
+    end: float  # [s] likewise
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """The protocol of a drive and its laps.
+    """The protocol of a drive and its laps."""
 
-    Attributes:
-        protocol: umbmark, extended-umbmark, straight, free, or another word.
-        side: Side of the square [m]; None where no square was driven.
-        laps: The laps in order of time.
-        floor: Name of the floor that it was driven on; "" where a robot has one floor only.
-    """
-
-    protocol: str
-    side: float | None
-    laps: tuple[Lap, ...]
-    floor: str = ""
+    protocol: str  # umbmark, extended-umbmark, straight, free, or another word
+    side: float | None  # side of the square [m]; None where no square was driven
+    laps: tuple[Lap, ...]  # the laps in order of time
+    floor: str = ""  # name of the floor that it was driven on; "" where a robot has one floor only
 
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """An interval in which a channel was not read, or a time at which its counter was re-baselined.
-
-    Attributes:
-        channel: Channel that was not read.
-        start: Time of the last good sample before the gap [s].
-        end: Time of the first good sample after the gap [s].
-        reason: Why: frames were missing, the device restarted, or a reading jumped.
-    """
+    """An interval in which a channel was not read, or a time at which its counter was re-baselined."""
 
     channel: Channel
-    start: float
-    end: float
-    reason: GapReason
+    start: float  # time of the last good sample before the gap [s]
+    end: float  # time of the first good sample after the gap [s]
+    reason: GapReason  # why: frames were missing, the device restarted, or a reading jumped
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,26 +20,16 @@ class Sonar:
     """Where the sensors and the walls are, and how well the sensors measure.
 
     The defaults measure to 2 mm in position and 0.4 degrees in heading (one standard deviation), U V.
-
-    Attributes:
-        sigma: Standard deviation of one range [m].
-        sigma_per_range: Part of the range that is added to its standard deviation; 0.003 in O 3.
-        baseline: Distance of the two sensors on the right [m].
-        side: Distance of these two sensors from the truck's middle line [m].
-        rear: Distance of the sensor behind from the drive axle [m].
-        wall_x: Place of the short wall, x = const [m].
-        wall_y: Place of the long wall, y = const [m].
-        beam: Largest angle between the beam and the wall's normal at which an echo returns [rad].
     """
 
-    sigma: float = 0.002
-    sigma_per_range: float = 0.0
-    baseline: float = 0.405
-    side: float = 0.3
-    rear: float = 0.3
-    wall_x: float = -2.5
-    wall_y: float = -6.0
-    beam: float = math.pi / 4.0
+    sigma: float = 0.002  # standard deviation of one range [m]
+    sigma_per_range: float = 0.0  # part of the range that is added to its standard deviation; 0.003 in O 3
+    baseline: float = 0.405  # distance of the two sensors on the right [m]
+    side: float = 0.3  # distance of these two sensors from the truck's middle line [m]
+    rear: float = 0.3  # distance of the sensor behind from the drive axle [m]
+    wall_x: float = -2.5  # place of the short wall, x = const [m]
+    wall_y: float = -6.0  # place of the long wall, y = const [m]
+    beam: float = math.pi / 4.0  # largest angle from beam to the wall's normal with an echo [rad]
 
     def ranges(self, pose: Array) -> Array:
         """Return the ranges right front, right rear, behind [m] `(3,)` at a pose `(3,)`; nan without echo."""
@@ -75,11 +65,9 @@ class Sonar:
         return np.array([math.hypot(behind, self.rear * sin * heading), y, heading])
 
     def fix(self, pose: Array, deviates: Array) -> tuple[Array, Array]:
-        """Return a measured pose `(3,)` and its sigma `(3,)` at a true pose; nan where a wall is not seen.
+        """Return the pose `(3,)` measured at a true one `(3,)`, and its sigma; nan where a wall is not seen.
 
-        Args:
-            pose: True pose, shape `(3,)`.
-            deviates: Standard normal deviates, one for each range, shape `(3,)`.
+        `deviates` `(3,)` are standard normal, one for each range.
         """
         exact = self.ranges(pose)
         measured = exact + self.range_sigma(exact) * deviates

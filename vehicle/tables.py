@@ -56,12 +56,9 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def dataclass_of(kind: type[T], table: object, where: str) -> T:
-    """Return a dataclass from a table.
+    """Return a dataclass, whose fields are numbers, texts, booleans or lists of numbers, from a TOML table.
 
-    Args:
-        kind: The dataclass; each of its fields is a number, text, true or false, or a list of numbers.
-        table: A value of a TOML document; an error if it is not a table.
-        where: Key of the table in its document, such as `truck.a`.
+    `where` is the key of the table in its document, such as `truck.a`.
 
     Raises:
         TableError: It is not a table, a key is unknown or missing, a value has another type, or the dataclass

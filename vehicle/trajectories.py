@@ -20,21 +20,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """The odometry of a truck over a recording, from its first complete absolute pose if there is one.
-
-    Attributes:
-        truck: The truck.
-        time: Time of each sample [s], shape `(N,)`.
-        pose: Pose at each sample x, y, theta [m, m, rad], shape `(N, 3)`.
-        fix: The last complete absolute pose, shape `(3,)`; None where there is none.
-        error: That pose minus odometry's at the same time, U (3.1), shape `(3,)`; None without a pose.
-    """
+    """The odometry of a truck over a recording, from its first complete absolute pose if there is one."""
 
     truck: TruckName
-    time: Array
-    pose: Array
-    fix: Array | None
-    error: Array | None
+    time: Array  # time of each sample [s], `(N,)`
+    pose: Array  # pose at each sample x, y, theta [m, m, rad], `(N, 3)`
+    fix: Array | None  # the last complete absolute pose, `(3,)`; None where there is none
+    error: Array | None  # that pose minus odometry's at the same time, U (3.1), `(3,)`; None without a pose
 
     @property
     def length(self) -> float:

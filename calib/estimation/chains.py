@@ -18,35 +18,19 @@ class Chains(NamedTuple):
     """M measured poses of one or more chains, one after the other, at given coordinates `(P,)`.
 
     Each pose follows from the one before it: pose = left (+) pose before (+) right.
-
-    Attributes:
-        first: Whether a chain begins with this pose, shape `(M,)`.
-        start: Approximate pose at which a chain begins, shape `(M, 3)`.
-        left: Increment on the left of the pose before, shape `(M, 3)`.
-        right: Increment on the right of the pose before, shape `(M, 3)`.
-        sensitivity: Derivative of the movement by the coordinates, in the body frame at the end of the
-            movement, shape `(M, 3, P)`.
-        process: Covariance of the movement per unit variance of each of C sources of noise, in the body frame
-            at the end of the movement, shape `(C, M, 3, 3)`.
-        measured: Measured poses; nan where unknown, shape `(M, 3)`.
-        stated: Known part of the covariance of the measured poses, world frame, shape `(M, 3, 3)`.
-        scatter: Covariance of the measured poses per unit variance of each of K sources of noise, world
-            frame, shape `(K, M, 3, 3)`.
-        lever: Pose of the reference on the robot, shape `(3,)`.
-        effect: Derivative of the reference's pose by the coordinates, body frame, shape `(M, 3, P)`.
     """
 
-    first: NDArray[np.bool_]
-    start: Array
-    left: Array
-    right: Array
-    sensitivity: Array
-    process: Array
-    measured: Array
-    stated: Array
-    scatter: Array
-    lever: Array
-    effect: Array
+    first: NDArray[np.bool_]  # whether a chain begins with this pose, `(M,)`
+    start: Array  # approximate pose at which a chain begins, `(M, 3)`
+    left: Array  # increment on the left of the pose before, `(M, 3)`
+    right: Array  # increment on the right of the pose before, `(M, 3)`
+    sensitivity: Array  # derivative of the movement by the coordinates, body frame at its end, `(M, 3, P)`
+    process: Array  # its covariance per unit variance of each of C noises, the same frame, `(C, M, 3, 3)`
+    measured: Array  # measured poses; nan where unknown, `(M, 3)`
+    stated: Array  # known part of the covariance of the measured poses, world frame, `(M, 3, 3)`
+    scatter: Array  # covariance of `measured` per unit variance of each of K noises, world, `(K, M, 3, 3)`
+    lever: Array  # pose of the reference on the robot, `(3,)`
+    effect: Array  # derivative of the reference's pose by the coordinates, body frame, `(M, 3, P)`
 
     def filtered(self, variances: Array, weights: Array) -> tuple[Filtered, Smoothed]:
         """Return the filter's results for the variances of all noises and the weights `(M,)` of the fixes."""
@@ -87,45 +71,26 @@ class Problem(Protocol):
 
 def concatenate_chains(chains: list[Chains], lever: Array) -> Chains:
     """Return chains one after the other."""
-    return Chains(
-        first=np.concatenate([chain.first for chain in chains]),
-        start=np.concatenate([chain.start for chain in chains]),
-        left=np.concatenate([chain.left for chain in chains]),
-        right=np.concatenate([chain.right for chain in chains]),
-        sensitivity=np.concatenate([chain.sensitivity for chain in chains]),
-        process=np.concatenate([chain.process for chain in chains], axis=1),
-        measured=np.concatenate([chain.measured for chain in chains]),
-        stated=np.concatenate([chain.stated for chain in chains]),
-        scatter=np.concatenate([chain.scatter for chain in chains], axis=1),
-        lever=lever,
-        effect=np.concatenate([chain.effect for chain in chains]),
-    )
+    axes = {"process": 1, "scatter": 1}
+    joined = {
+        name: np.concatenate([getattr(chain, name) for chain in chains], axis=axes.get(name, 0))
+        for name in Chains._fields
+        if name != "lever"
+    }
+    return Chains(**joined, lever=lever)
 
 
 class Coordinate(NamedTuple):
-    """One parameter that a calibration may estimate.
+    """One parameter that a calibration may estimate."""
 
-    Attributes:
-        name: Name for tables.
-        unit: Unit of the coordinate: "1" for the logarithm of a factor, else rad, m or s.
-        prior_sigma: Standard deviation to which the coordinate is known before any drive. A drive with a
-            larger bound adds no knowledge.
-    """
-
-    name: str
-    unit: str
-    prior_sigma: float
+    name: str  # for tables
+    unit: str  # unit of the coordinate: "1" for the logarithm of a factor, else rad, m or s
+    prior_sigma: float  # standard deviation before any drive; a drive with a larger bound adds no knowledge
 
 
 class NoiseSource(NamedTuple):
-    """One source of noise whose standard deviation may be estimated.
+    """One source of noise whose standard deviation may be estimated."""
 
-    Attributes:
-        name: Name for tables.
-        unit: Unit of the standard deviation.
-        guess: Standard deviation at which the estimation begins.
-    """
-
-    name: str
-    unit: str
-    guess: float
+    name: str  # for tables
+    unit: str  # unit of the standard deviation
+    guess: float  # standard deviation at which the estimation begins

@@ -17,65 +17,37 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class DownWeighted:
-    """An outlier among the fixes.
+    """An outlier among the fixes."""
 
-    Attributes:
-        source: Name of the drive.
-        time: Time of the fix [s].
-        distance: Distance from the prediction by all others [standard deviations].
-        weight: Weight of the fix in the estimation, from 0 to 1.
-    """
-
-    source: str
-    time: float
-    distance: float
-    weight: float
+    source: str  # name of the drive
+    time: float  # time of the fix [s]
+    distance: float  # distance from the prediction by all others [standard deviations]
+    weight: float  # weight of the fix in the estimation, from 0 to 1
 
 
 @dataclass(frozen=True, slots=True)
 class NoiseLevel:
-    """The estimated standard deviation of one source of noise.
-
-    Attributes:
-        source: The source of noise.
-        value: Standard deviation in the unit of the source.
-        freedom: Degrees of freedom of the estimate; 0 where the data hold too few and the guess is kept.
-    """
+    """The estimated standard deviation of one source of noise."""
 
     source: NoiseSource
-    value: float
-    freedom: float
+    value: float  # standard deviation in the unit of the source
+    freedom: float  # degrees of freedom of the estimate; 0 where the data hold too few and the guess is kept
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """Estimated coordinates of a problem with P coordinates.
+    """Estimated coordinates of a problem with P coordinates."""
 
-    Attributes:
-        parameters: Names, units and prior standard deviations of the coordinates.
-        coordinates: Estimated values of the coordinates, shape `(P,)`; 0 where held.
-        covariance: Cramer-Rao bound of the coordinates with the estimated noise, shape `(P, P)`; 0 where
-            held.
-        held: Coordinates that the data do not identify, or that were held by request.
-        condition: Condition number of the information on the free coordinates, each in units of its prior
-            standard deviation.
-        noises: Estimated noise of the movements, then of the fixes.
-        freedom: Degrees of freedom for confidence intervals.
-        down_weighted: Outliers among the fixes, the worst first.
-        fixes: Number of measured poses.
-        rms: Root mean square of the whitened residuals; 1 if the noise model fits.
-    """
-
-    parameters: tuple[Coordinate, ...]
-    coordinates: Array
-    covariance: Array
-    held: tuple[Held, ...]
-    condition: float
-    noises: tuple[NoiseLevel, ...]
-    freedom: float
-    down_weighted: tuple[DownWeighted, ...]
-    fixes: int
-    rms: float
+    parameters: tuple[Coordinate, ...]  # names, units and prior standard deviations of the coordinates
+    coordinates: Array  # estimated values of the coordinates, `(P,)`; 0 where held
+    covariance: Array  # Cramer-Rao bound of the coordinates with the estimated noise, `(P, P)`; 0 where held
+    held: tuple[Held, ...]  # coordinates that the data do not identify, or that were held by request
+    condition: float  # condition number of the information on the free coordinates, in units of the prior
+    noises: tuple[NoiseLevel, ...]  # estimated noise of the movements, then of the fixes
+    freedom: float  # degrees of freedom for confidence intervals
+    down_weighted: tuple[DownWeighted, ...]  # outliers among the fixes, the worst first
+    fixes: int  # number of measured poses
+    rms: float  # root mean square of the whitened residuals; 1 if the noise model fits
 
     @property
     def sigma(self) -> Array:

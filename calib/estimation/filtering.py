@@ -20,49 +20,30 @@ from omnimate.vehicle.compiled import Array, compiled
 from omnimate.vehicle.matrices import complement, invert_into, product, sandwich
 from omnimate.vehicle.se2 import rotate_xy, wrap_angle, write_composed, write_rotation, write_transport
 
-START_POSITION_SIGMA = (
-    10.0  # [m] standard deviation of the position at the begin of a chain, before its first fix
-)
-START_HEADING_SIGMA = (
-    3.0  # [rad] standard deviation of the heading at the begin of a chain, before its first fix
-)
+START_POSITION_SIGMA = 10.0  # [m] of the position at the begin of a chain, before its first fix
+START_HEADING_SIGMA = 3.0  # [rad] of the heading there
 
 
 class Filtered(NamedTuple):
     """Result of the forward pass for M fixes and P parameters.
 
     The last axis `1 + P` holds a value and its derivatives by the parameters.
-
-    Attributes:
-        innovation: Measured minus predicted x, y [m] in the body frame and theta [rad], shape `(M, 3, 1+P)`.
-        precision: Inverse of the covariance of the innovation, shape `(M, 3, 3)`.
-        gain: Gain of the filter, shape `(M, 3, 3)`.
-        carry: Matrix that turns errors before the movement into errors after it, shape `(M, 3, 3)`.
-        heading: Heading of the body frame in which the fix was compared [rad], shape `(M,)`.
     """
 
-    innovation: Array
-    precision: Array
-    gain: Array
-    carry: Array
-    heading: Array
+    innovation: Array  # measured minus predicted x, y [m] in the body frame and theta [rad], `(M, 3, 1+P)`
+    precision: Array  # inverse of the covariance of the innovation, `(M, 3, 3)`
+    gain: Array  # gain of the filter, `(M, 3, 3)`
+    carry: Array  # matrix that turns errors before the movement into errors after it, `(M, 3, 3)`
+    heading: Array  # heading of the body frame in which the fix was compared [rad], `(M,)`
 
 
 class Smoothed(NamedTuple):
-    """Result of the backward pass: auxiliary residuals and their covariances.
+    """Result of the backward pass: auxiliary residuals and their covariances."""
 
-    Attributes:
-        fix: Auxiliary residual of each fix, shape `(M, 3, 1+P)`.
-        fix_precision: Covariance of the auxiliary residual of each fix, shape `(M, 3, 3)`.
-        step: Auxiliary residual of the movement before each fix, shape `(M, 3, 1+P)`; zero at the first of a
-            chain.
-        step_precision: Covariance of the auxiliary residual of each movement, shape `(M, 3, 3)`.
-    """
-
-    fix: Array
-    fix_precision: Array
-    step: Array
-    step_precision: Array
+    fix: Array  # auxiliary residual of each fix, `(M, 3, 1+P)`
+    fix_precision: Array  # covariance of the auxiliary residual of each fix, `(M, 3, 3)`
+    step: Array  # auxiliary residual of the movement before each fix, `(M, 3, 1+P)`; first of a chain: zero
+    step_precision: Array  # covariance of the auxiliary residual of each movement, `(M, 3, 3)`
 
 
 @compiled
@@ -99,17 +80,9 @@ def filter_chains(
 ) -> tuple[Array, Array, Array, Array, Array]:
     """Filter chains of M fixes with P parameters; return the fields of `Filtered`.
 
-    Args:
-        first: 1 where a fix begins a new chain, shape `(M,)`.
-        start: Approximate pose at which a chain begins, used where `first`, shape `(M, 3)`.
-        left: Increment on the left: pose = left (+) pose before (+) right, shape `(M, 3)`.
-        right: Increment on the right, shape `(M, 3)`.
-        sensitivity: Derivative of the movement by the parameters, body frame at its end, shape `(M, 3, P)`.
-        process: Covariance of the movement, body frame at its end, shape `(M, 3, 3)`.
-        measured: Poses of the reference; nan where unknown, shape `(M, 3)`.
-        noise: Covariance of the measured poses, world frame; huge where unknown, shape `(M, 3, 3)`.
-        lever: Pose of the reference on the robot, shape `(3,)`.
-        effect: Derivative of the reference's pose by the parameters, body frame, shape `(M, 3, P)`.
+    Arguments are the fields of `Chains` at given variances, but `first` is 1 where a fix begins a new chain,
+    `process` `(M, 3, 3)` is the covariance of the movement in the body frame at its end, and `noise`
+    `(M, 3, 3)` that of the measured poses in the world frame, huge where unknown.
     """
     count, size = len(measured), sensitivity.shape[2]
     innovation, precision = np.zeros((count, 3, 1 + size)), np.zeros((count, 3, 3))
@@ -209,17 +182,10 @@ def join_steps(
 ) -> tuple[Array, Array, Array]:
     """Return the movements between fixes from single steps.
 
-    Args:
-        start: First step of each movement, shape `(M,)`.
-        end: Step after the last one of each movement, shape `(M,)`.
-        increment: Increment of each step, shape `(N, 3)`.
-        jacobian: Derivative of each increment by the parameters, body frame at its end, shape `(N, 3, P)`.
-        noise: Covariance of each increment per unit variance of each source of noise, body frame at its end,
-            shape `(N, C, 3, 3)`.
-
-    Returns:
-        The movements `(M, 3)`, their derivatives `(M, 3, P)` and covariances `(C, M, 3, 3)`, body frame at
-        the end.
+    Movement k joins the steps from `start[k]` to before `end[k]`, each `(M,)`. Steps are an increment `(N,
+    3)`, its derivative by the parameters `(N, 3, P)`, and its covariance per unit variance of each source of
+    noise `(N, C, 3, 3)`, both in the body frame at its end. So are the movements: `(M, 3)`, `(M, 3, P)` and
+    `(C, M, 3, 3)`.
     """
     count, kinds, size = len(start), noise.shape[1], jacobian.shape[2]
     moved, sensitivity = np.zeros((count, 3)), np.zeros((count, 3, size))

@@ -19,18 +19,11 @@ _INVOLVED = 0.3  # smallest component of a coordinate that belongs to an eigenve
 
 
 class Held(NamedTuple):
-    """A coordinate that is held at its nominal value.
-
-    Attributes:
-        name: Name of the coordinate.
-        reason: Reason in words.
-        bound: Cramer-Rao bound of its direction, in units of its prior standard deviation; nan where it is
-            held by request.
-    """
+    """A coordinate that is held at its nominal value."""
 
     name: str
     reason: str
-    bound: float
+    bound: float  # Cramer-Rao bound of its direction [prior standard deviations]; nan if held by request
 
 
 def information_bound(information: Array, free: NDArray[np.bool_]) -> Array:

@@ -16,29 +16,21 @@ if TYPE_CHECKING:
     from omnimate.calib.estimation.chains import Chains
     from omnimate.calib.estimation.filtering import Smoothed
     from omnimate.vehicle.se2 import Array
+
 _OUTLIER_CHANCE = 1e-3  # probability that a good fix lies beyond the threshold
-_THRESHOLD = np.concatenate(
-    ([np.inf], chi2_upper_limit(_OUTLIER_CHANCE, [1, 2, 3]))
-)  # by number of known components
+# By number of known components.
+_THRESHOLD = np.concatenate(([np.inf], chi2_upper_limit(_OUTLIER_CHANCE, [1, 2, 3])))
 
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
-    """Auxiliary residuals of M fixes and movements.
+    """Auxiliary residuals of M fixes and movements."""
 
-    Attributes:
-        chains: The chains of fixes and movements.
-        heading: Heading of each body frame [rad], shape `(M,)`.
-        smoothed: The residuals and their derivatives by P coordinates.
-        change: Change of the coordinates since the chains were built, shape `(P,)`.
-        bound: Covariance of the coordinates, whose estimation makes residuals smaller, shape `(P, P)`.
-    """
-
-    chains: Chains
-    heading: Array
-    smoothed: Smoothed
-    change: Array
-    bound: Array
+    chains: Chains  # the chains of fixes and movements
+    heading: Array  # heading of each body frame [rad], `(M,)`
+    smoothed: Smoothed  # the residuals and their derivatives by P coordinates
+    change: Array  # change of the coordinates since the chains were built, `(P,)`
+    bound: Array  # covariance of the coordinates, whose estimation makes residuals smaller, `(P, P)`
 
     def explained(self, number: int, variance: float, weights: Array) -> tuple[Array, Array]:
         """Return what a source of noise explains of the residuals, and its expectation, each `(M,)`.

@@ -27,9 +27,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 _ROBUST_ROUNDS = 7  # rounds in which variances come from medians, which outliers do not change
-_FIRST_WEIGHTS = (
-    3  # first rounds, in which only the weights change, so that an outlier is not taken for noise
-)
+_FIRST_WEIGHTS = 3  # first rounds, in which only weights change: no outlier is then taken for noise
 _MOST_ROUNDS = 120  # the slowest half of a public set (OptiOdom) needs 70
 _CONVERGED = 5e-3  # [standard deviations] largest last change of the coordinates
 _SETTLED = 0.1  # largest last change of a weight, or of a variance in its standard deviations
@@ -49,11 +47,8 @@ _FEWEST = 2.0  # degrees of freedom from which on a variance is estimated
 def estimate(problem: Problem, hold: Collection[str] = (), known: Array | None = None) -> Estimate:
     """Return the estimate of a problem.
 
-    Args:
-        problem: The problem with its data.
-        hold: Names of coordinates that stay nominal.
-        known: Information on the coordinates from other sources, about nominal, shape `(P, P)`; None for
-            none.
+    Coordinates whose names are in `hold` stay nominal. `known` is information on the coordinates from other
+    sources, about nominal, shape `(P, P)`; None for none.
 
     Raises:
         UnobservableError: The data identify none of the coordinates.

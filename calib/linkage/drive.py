@@ -26,30 +26,17 @@ _CLOSURE_TIME = 0.05  # [s] largest time difference of both trucks' poses in a l
 
 @dataclass(frozen=True, slots=True)
 class LinkageDrive:
-    """Readings of the linkage, the loop closures among them, and the wheels in between.
+    """Readings of the linkage, the loop closures among them, and the wheels in between."""
 
-    Attributes:
-        wheels: Continuous angles of a.left, a.right, b.left, b.right [rad], shape `(G, 4)`.
-        ends: Index into `wheels` at each reading, shape `(M,)`.
-        time: Time of each reading [s], shape `(M,)`.
-        linkage: Readings of joint_a, joint_b [rad] and the length [m], shape `(M, 3)`; not used in loop
-            closures.
-        closed: Whether a reading is a loop closure, shape `(M,)`.
-        relative: Pose of b seen from a, measured from outside, in loop closures, shape `(M, 3)`.
-        covariance: Covariance of `relative` in the frame of a, shape `(M, 3, 3)`.
-        resolution: Size of a count of joint_a, joint_b [rad] and link [m], shape `(3,)`.
-        source: File or folder that the drive comes from, for messages.
-    """
-
-    wheels: Array
-    ends: NDArray[np.int64]
-    time: Array
-    linkage: Array
-    closed: NDArray[np.bool_]
-    relative: Array
-    covariance: Array
-    resolution: Array
-    source: str
+    wheels: Array  # continuous angles of a.left, a.right, b.left, b.right [rad], `(G, 4)`
+    ends: NDArray[np.int64]  # index into `wheels` at each reading, `(M,)`
+    time: Array  # time of each reading [s], `(M,)`
+    linkage: Array  # readings of joint_a, joint_b [rad] and length [m], `(M, 3)`; not used in loop closures
+    closed: NDArray[np.bool_]  # whether a reading is a loop closure, `(M,)`
+    relative: Array  # pose of b seen from a, measured from outside, in loop closures, `(M, 3)`
+    covariance: Array  # covariance of `relative` in the frame of a, `(M, 3, 3)`
+    resolution: Array  # size of a count of joint_a, joint_b [rad] and link [m], `(3,)`
+    source: str  # file or folder that the drive comes from, for messages
 
 
 def linkage_drive(recording: Recording) -> LinkageDrive:

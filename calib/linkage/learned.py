@@ -23,21 +23,13 @@ SCALE_ADVICE = Advice(
 
 @dataclass(frozen=True, slots=True)
 class LearnedValue:
-    """A parameter that the filter estimated.
-
-    Attributes:
-        name: Name of the parameter.
-        unit: Its unit.
-        described: Nominal value.
-        value: Estimated value.
-        sigma: Its standard deviation.
-    """
+    """A parameter that the filter estimated."""
 
     name: str
     unit: Unit
-    described: float
-    value: float
-    sigma: float
+    described: float  # nominal value
+    value: float  # estimated value
+    sigma: float  # standard deviation
 
 
 def learned_values(vehicle: VehicleParameters, slow: SlowParameters) -> tuple[LearnedValue, ...]:

@@ -33,23 +33,14 @@ def threshold_for(drives: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class DriftMonitor:
-    """State of a CUSUM chart; a calibration starts a new one.
+    """State of a CUSUM chart; a calibration starts a new one."""
 
-    Attributes:
-        threshold: Sum above which the monitor raises the alarm [standard deviations].
-        count: Number of values so far, without those that stand apart.
-        mean: Mean of these values.
-        squares: Sum of the squared deviations from the mean.
-        above: Cumulative sum of the deviations above the mean [standard deviations].
-        below: Cumulative sum of the deviations below the mean [standard deviations].
-    """
-
-    threshold: float
-    count: int = 0
-    mean: float = 0.0
-    squares: float = 0.0
-    above: float = 0.0
-    below: float = 0.0
+    threshold: float  # sum above which the monitor raises the alarm [standard deviations]
+    count: int = 0  # number of values so far, without those that stand apart
+    mean: float = 0.0  # mean of these values
+    squares: float = 0.0  # sum of the squared deviations from the mean
+    above: float = 0.0  # cumulative sum of the deviations above the mean [standard deviations]
+    below: float = 0.0  # cumulative sum of the deviations below the mean [standard deviations]
 
     @property
     def alarm(self) -> bool:

@@ -32,25 +32,15 @@ FALSE_ALARM = 1000.0  # drives between false alarms
 
 @dataclass(frozen=True, slots=True)
 class MonitoredQuantity:
-    """One quantity that a healthy robot repeats, and the result of its monitor.
-
-    Attributes:
-        name: Name of the quantity.
-        unit: Unit of the values: m, rad or 1.
-        values: Values in order of time.
-        highest: Highest sum that the monitor reached [standard deviations].
-        threshold: Sum above which the monitor raises the alarm [standard deviations].
-        since: Number of the first value after the shift, counted from 1; None without an alarm.
-        apart: Sources of single values far from those before them, which hardly count.
-    """
+    """One quantity that a healthy robot repeats, and the result of its monitor."""
 
     name: str
-    unit: str
-    values: tuple[float, ...]
-    highest: float
-    threshold: float
-    since: int | None
-    apart: tuple[str, ...] = ()
+    unit: str  # unit of the values: m, rad or 1
+    values: tuple[float, ...]  # values in order of time
+    highest: float  # highest sum that the monitor reached [standard deviations]
+    threshold: float  # sum above which the monitor raises the alarm [standard deviations]
+    since: int | None  # number of the first value after the shift, counted from 1; None without an alarm
+    apart: tuple[str, ...] = ()  # sources of single values far from those before them, which hardly count
 
     @property
     def means(self) -> tuple[float, float]:
@@ -61,17 +51,11 @@ class MonitoredQuantity:
 
 @dataclass(frozen=True, slots=True)
 class DriftReport:
-    """The monitors of all quantities over a series of recordings.
+    """The monitors of all quantities over a series of recordings."""
 
-    Attributes:
-        quantities: Every quantity that has at least one value.
-        used: Number of recordings since the last calibration.
-        left_out: Number of recordings from before the last calibration.
-    """
-
-    quantities: tuple[MonitoredQuantity, ...]
-    used: int
-    left_out: int
+    quantities: tuple[MonitoredQuantity, ...]  # every quantity that has at least one value
+    used: int  # number of recordings since the last calibration
+    left_out: int  # number of recordings from before the last calibration
 
     @property
     def alarms(self) -> tuple[MonitoredQuantity, ...]:

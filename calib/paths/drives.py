@@ -25,25 +25,17 @@ if TYPE_CHECKING:
 class Drive:
     """Wheel readings and absolute poses without a lost counter in between.
 
-    Attributes:
-        time: Time of the readings [s], shape `(N,)`.
-        readings: Continuous readings of the two sensors that the kinematic model uses, shape `(N, 2)`.
-        fix_time: Time of the absolute poses [s], shape `(M,)`.
-        pose: Absolute poses x, y [m], theta [rad], shape `(M, 3)`; nan where unknown.
-        sigma: Standard deviations of the absolute poses, shape `(M, 3)`; nan where not stated.
-        source: File or folder that the drive comes from, for messages.
-
     Raises:
         FixError: There are fewer than two poses, or they go back in time.
         CalibrationError: A reading or a pose is not a number.
     """
 
-    time: Array
-    readings: Array
-    fix_time: Array
-    pose: Array
-    sigma: Array
-    source: str
+    time: Array  # time of the readings [s], `(N,)`
+    readings: Array  # continuous readings of the two sensors that the kinematic model uses, `(N, 2)`
+    fix_time: Array  # time of the absolute poses [s], `(M,)`
+    pose: Array  # absolute poses x, y [m], theta [rad], `(M, 3)`; nan where unknown
+    sigma: Array  # standard deviations of the absolute poses, `(M, 3)`; nan where not stated
+    source: str  # file or folder that the drive comes from, for messages
 
     def __post_init__(self) -> None:
         if len(self.fix_time) < 2:

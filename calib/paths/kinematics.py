@@ -23,18 +23,11 @@ if TYPE_CHECKING:
 
 
 class Steps(NamedTuple):
-    """Movements between successive readings.
+    """Movements between successive readings."""
 
-    Attributes:
-        increment: Each movement in the frame before it, shape `(N, 3)`.
-        jacobian: Derivative of each movement by the coordinates, body frame after it, shape `(N, 3, P)`.
-        noise: Covariance of each movement per unit variance of each of C sources of noise, body frame after
-            it, shape `(N, C, 3, 3)`.
-    """
-
-    increment: Array
-    jacobian: Array
-    noise: Array
+    increment: Array  # each movement in the frame before it, `(N, 3)`
+    jacobian: Array  # derivative of each movement by the coordinates, body frame after it, `(N, 3, P)`
+    noise: Array  # its covariance per unit variance of each of C noises, the same frame, `(N, C, 3, 3)`
 
 
 class Kinematics(Protocol):
@@ -68,12 +61,9 @@ class Differential:
     Its coordinates are those that drives identify separately: the wheelbase, the mean diameter (E_s), and the
     ratio D_R / D_L (E_d), U (2.3), (2.4). The travel of each wheel scatters independently, with the square
     root of its length (Chong & Kleeman, 1997).
-
-    Attributes:
-        truck: The nominal truck.
     """
 
-    truck: Truck
+    truck: Truck  # nominal
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:

@@ -41,20 +41,12 @@ _SPEED_HALF_TIME = 0.05  # [s] half of the interval over which the speed at a fi
 
 @dataclass(frozen=True, slots=True)
 class ReferenceProblem:
-    """Drives of one robot, with a reference on it whose pose is measured.
+    """Drives of one robot, with a reference on it whose pose is measured."""
 
-    Attributes:
-        drives: Drives of the robot; each is a chain.
-        kinematics: Nominal kinematic model of the robot.
-        with_offset: Whether the reference's pose on the robot is estimated.
-        with_time: Whether the offset of the reference's clock is estimated: its pose at t is that of the
-            robot at t + offset.
-    """
-
-    drives: tuple[Drive, ...]
-    kinematics: Kinematics
-    with_offset: bool = False
-    with_time: bool = False
+    drives: tuple[Drive, ...]  # drives of the robot; each is a chain
+    kinematics: Kinematics  # nominal kinematic model of the robot
+    with_offset: bool = False  # whether the reference's pose on the robot is estimated
+    with_time: bool = False  # whether its clock's offset is estimated: at t it shows the robot at t + offset
 
     @property
     def source(self) -> str:
@@ -146,15 +138,10 @@ def timing_covariance(drive: Drive, speed: Array) -> Array:
 
 
 def pose_noise(pose: Array, sigma: Array) -> tuple[Array, Array]:
-    """Return the covariance of poses: the stated part, and the part of unknown size.
+    """Return the covariance of poses `(M, 3)`: the stated part, and the part of unknown size.
 
-    Args:
-        pose: Measured poses; nan where unknown, shape `(M, 3)`.
-        sigma: Their standard deviations; nan where not stated, shape `(M, 3)`.
-
-    Returns:
-        The stated covariance `(M, 3, 3)`, and the covariance `(2, M, 3, 3)` per unit variance of position and
-        of heading where none is stated.
+    A component of `pose` is nan where it is unknown, one of `sigma` where none is stated. The first part is
+    `(M, 3, 3)`, the second `(2, M, 3, 3)` per unit variance of position and of heading.
     """
     known: NDArray[np.bool_] = np.isfinite(pose)
     said: NDArray[np.bool_] = np.isfinite(sigma)
@@ -192,11 +179,7 @@ def _start(drive: Drive, moved: Array, lever: Array) -> Array:
 def dead_reckoned(drive: Drive, kinematics: Kinematics, lever: Array | None = None) -> Array:
     """Return the poses `(N, 3)` that a model's odometry gives at every reading, from the first fix.
 
-    Args:
-        drive: The drive with readings and fixes.
-        kinematics: Kinematic model of the robot.
-        lever: Pose of the reference on the robot, shape `(3,)`; then the poses of the reference are returned.
-            None returns those of the robot.
+    They are those of the reference at `lever` `(3,)` on the robot; without it, those of the robot.
     """
     place = np.zeros(3) if lever is None else lever
     nominal = np.zeros(len(kinematics.coordinates))

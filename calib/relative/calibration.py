@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import chi2
 
+from omnimate.calib.distributions import chi2_quantile
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.estimation.chains import Coordinate
 from omnimate.calib.estimation.estimates import Estimate
@@ -47,40 +47,24 @@ SENSOR = (
 MIN_MOTIONS = 6  # 18 equations for six unknowns
 MAX_ROUNDS = 50
 CONVERGED = 1e-6  # [standard deviations] largest change of a coordinate in the last round
-OUTLIER_THRESHOLD = float(
-    chi2.ppf(0.999, 3)
-)  # squared distance above which a motion is down-weighted (Huber)
+OUTLIER_THRESHOLD = chi2_quantile(0.999, 3)  # squared distance above which a motion is down-weighted (Huber)
 
 
 @dataclass(frozen=True, slots=True)
 class RelativeCalibration:
-    """The calibration of a truck and of a sensor's pose on it.
+    """The calibration of a truck and of a sensor's pose on it."""
 
-    Attributes:
-        source: Where the relative poses come from.
-        estimate: Coordinates of the truck, then x, y [m] and yaw [rad] of the sensor on it.
-        truck: The calibrated truck.
-        sensor: Pose of the sensor on the truck, `(3,)`.
-        quantities: Sizes of the truck and the sensor's pose, with intervals.
-        missing_motion: Kind of motion that is missing; None if all coordinates are identified.
-        outlying: Number of down-weighted motions.
-    """
-
-    source: str
-    estimate: Estimate
+    source: str  # where the relative poses come from
+    estimate: Estimate  # coordinates of the truck, then x, y [m] and yaw [rad] of the sensor on it
     truck: Truck
-    sensor: Array
-    quantities: tuple[Quantity, ...]
-    missing_motion: str | None
-    outlying: int
+    sensor: Array  # pose of the sensor on the truck, `(3,)`
+    quantities: tuple[Quantity, ...]  # sizes of the truck and the sensor's pose, with intervals
+    missing_motion: str | None  # kind of motion that is missing; None if all coordinates are identified
+    outlying: int  # number of down-weighted motions
 
 
 class _Wheels:
-    """The wheels' angles through all motions.
-
-    Attributes:
-        travel: Nominal travel of the left and the right wheel in each motion [m], `(K, 2)`.
-    """
+    """The wheels' angles, and `travel`, their nominal travel in each of the motions [m], `(K, 2)`."""
 
     def __init__(self, time: Array, readings: Array, truck: Truck, motions: Motions) -> None:
         grid = np.unique(np.concatenate([time, motions.start, motions.end]))
@@ -97,10 +81,7 @@ class _Wheels:
 def calibrate_relative(recording: Recording, motions: Motions, truck: TruckName) -> RelativeCalibration:
     """Return the calibration of a truck and of a sensor's pose on it by relative poses of the sensor.
 
-    Args:
-        recording: The wheels; absolute poses are not needed.
-        motions: Relative poses of the sensor, one after the other.
-        truck: Name of the truck.
+    Of the recording only the wheels are used; absolute poses are not needed.
 
     Raises:
         CalibrationError: There are too few motions, they overlap or are not within the recording, or nothing
@@ -114,11 +95,7 @@ def calibrate_relative(recording: Recording, motions: Motions, truck: TruckName)
 def calibrate_wheels(time: Array, readings: Array, truck: Truck, motions: Motions) -> RelativeCalibration:
     """Return the calibration of a truck by the angles of its wheels, as `calibrate_relative`.
 
-    Args:
-        time: Time of the readings [s], `(N,)`.
-        readings: Angles of the left and the right wheel [rad], `(N, 2)`.
-        truck: The nominal truck.
-        motions: Relative poses of the sensor, one after the other.
+    `readings` `(N, 2)` are the angles of the left and the right wheel [rad] at `time` `(N,)` [s].
 
     Raises:
         CalibrationError: As `calibrate_relative`.

@@ -17,32 +17,21 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 COLUMNS = ("start", "end", "x", "y", "theta", "sigma_x", "sigma_y", "sigma_theta")
-_SINGLE_KIND_SHARE = (
-    0.99  # [1] squared travel along one ratio of the wheels, over all: above it there is one kind of motion
-)
-_KIND_TOLERANCE = (
-    0.05  # [rad] in the plane of both wheels' travel: radii above ten wheelbases are called straight
-)
+# [1] squared travel along one ratio of the wheels, over all: above it there is one kind of motion
+_SINGLE_KIND_SHARE = 0.99
+_KIND_TOLERANCE = 0.05  # [rad] in the plane of both wheels' travel: radii above ten wheelbases are straight
 _MIN_TRAVEL = 0.1  # [m] of a wheel's travel below which the robot stands
 
 
 @dataclass(frozen=True, slots=True)
 class Motions:
-    """Relative poses of a sensor.
+    """Relative poses of a sensor."""
 
-    Attributes:
-        source: File or recording that they come from.
-        start: Time of the first scan of each [s], on the recording's clock, `(K,)`.
-        end: Time of the second one [s], `(K,)`.
-        pose: Sensor at the second scan, seen from the first: x, y [m], theta [rad], `(K, 3)`.
-        sigma: Standard deviations, in the frame of the second scan [m, m, rad], `(K, 3)`.
-    """
-
-    source: str
-    start: Array
-    end: Array
-    pose: Array
-    sigma: Array
+    source: str  # file or recording that they come from
+    start: Array  # time of the first scan of each [s], on the recording's clock, `(K,)`
+    end: Array  # time of the second one [s], `(K,)`
+    pose: Array  # sensor at the second scan, seen from the first: x, y [m], theta [rad], `(K, 3)`
+    sigma: Array  # standard deviations, in the frame of the second scan [m, m, rad], `(K, 3)`
 
 
 def load_motions(path: Path) -> Motions:
@@ -82,11 +71,8 @@ def _row(path: Path, number: int, line: dict[str, str]) -> list[float]:
 def missing_motion(travel: Array, wheelbase: float) -> str | None:
     """Return the only kind of motion and which to add; None if there are several kinds.
 
-    One kind of motion does not identify all parameters (Censi et al. 2013, section IV).
-
-    Args:
-        travel: Travel of the left and the right wheel in each motion [m], `(K, 2)`.
-        wheelbase: Wheelbase [m].
+    One kind of motion does not identify all parameters (Censi et al. 2013, section IV). `travel` `(K, 2)` is
+    that of the left and the right wheel in each motion [m].
     """
     squares = travel.T @ travel
     if np.abs(travel).sum(axis=0).max() < _MIN_TRAVEL:

@@ -23,17 +23,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Assessment:
-    """Calibrations of a truck from an experiment, with advice.
+    """Calibrations of a truck from an experiment, with advice."""
 
-    Attributes:
-        experiment: The experiment, without runs that do not fit the others.
-        calibrations: Its calibration by each method that its data allow.
-        advice: Problems of its recordings, then of its return errors.
-    """
-
-    experiment: Experiment
-    calibrations: tuple[Calibration, ...]
-    advice: tuple[Advice, ...]
+    experiment: Experiment  # the experiment, without runs that do not fit the others
+    calibrations: tuple[Calibration, ...]  # its calibration by each method that its data allow
+    advice: tuple[Advice, ...]  # problems of its recordings, then of its return errors
 
     @property
     def is_usable(self) -> bool:
@@ -55,10 +49,7 @@ class Assessment:
 def assess(experiment: Experiment, recordings: Sequence[Recording], truck: TruckName) -> Assessment:
     """Return the calibrations and the advice of an experiment.
 
-    Args:
-        experiment: The experiment.
-        recordings: The recordings that it comes from; empty where it comes from a table.
-        truck: Which truck of the robot it is about.
+    `recordings` are those that it comes from; there are none where it comes from a table.
 
     Raises:
         CalibrationError: The errors are beyond what a method can explain.

@@ -39,15 +39,10 @@ def can_bootstrap(errors: ReturnErrors) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Bootstrap:
-    """The factors of all drawn experiments, and their percentile intervals.
+    """The factors of all drawn experiments, and their percentile intervals."""
 
-    Attributes:
-        factors: E_b and E_d of each drawn experiment, shape `(B, 2)`.
-        uncertainty: Percentile intervals of the factors.
-    """
-
-    factors: Array
-    uncertainty: Uncertainty
+    factors: Array  # E_b and E_d of each drawn experiment, `(B, 2)`
+    uncertainty: Uncertainty  # percentile intervals of the factors
 
 
 def bootstrap(calibration: Calibration, resamples: int = RESAMPLES, seed: int = 0) -> Bootstrap:

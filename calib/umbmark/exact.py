@@ -31,10 +31,7 @@ _MAX_LOG_FACTOR = math.log(1.5)  # log of the largest E_b or E_d; beyond it the 
 def square_returns(believed: Truck, actual: Truck, side: float) -> Array:
     """Return the return errors `(2, 3)` of a square, cw then ccw: x, y [m], theta [rad].
 
-    Args:
-        believed: Parameters that the odometry uses.
-        actual: True parameters of the truck.
-        side: Length of each side of the square [m].
+    The odometry uses the parameters of `believed`, and drives squares of `side` [m] with those of `actual`.
     """
     factors = factors_between(believed, actual)
     return square_ends(believed, side, np.array([factors.c_left, factors.c_right, factors.e_b]))[0]
@@ -61,12 +58,9 @@ def weights_of_centres(errors: ReturnErrors, method: ExactMethod) -> Array:
 
 
 def solve_exact(errors: ReturnErrors, truck: Truck, method: ExactMethod = "exact") -> Correction:
-    """Return the correction whose exact chain fits the two centres of gravity best.
+    """Return the correction of the nominal truck whose exact chain fits the two centres of gravity best.
 
-    Args:
-        errors: Return errors of the runs.
-        truck: Nominal parameters, with which the odometry was calculated.
-        method: How x, y and headings are weighed, see `weights_of_centres`.
+    `method` says how x, y and headings are weighed, see `weights_of_centres`.
 
     Raises:
         CalibrationError: No robot fits the errors, or a heading or the scatter is missing.

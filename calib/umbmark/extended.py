@@ -21,17 +21,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ExtendedResult:
-    """Nonsystematic heading errors of an extended UMBmark.
+    """Nonsystematic heading errors of an extended UMBmark."""
 
-    Attributes:
-        systematic: Mean return heading without bumps, cw and ccw [rad], shape `(2,)`.
-        excess_cw: |nonsystematic - mean systematic| heading of each cw lap with bumps [rad], shape `(n,)`.
-        excess_ccw: |nonsystematic - mean systematic| heading of each ccw lap with bumps [rad], shape `(m,)`.
-    """
-
-    systematic: Array
-    excess_cw: Array
-    excess_ccw: Array
+    systematic: Array  # mean return heading without bumps, cw and ccw [rad], `(2,)`
+    excess_cw: Array  # |nonsystematic - mean systematic| heading of each cw lap with bumps [rad], `(n,)`
+    excess_ccw: Array  # |nonsystematic - mean systematic| heading of each ccw lap with bumps [rad], `(m,)`
 
     @property
     def worst(self) -> float:

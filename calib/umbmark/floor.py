@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 def square_covariance(side: float, wheelbase: float, sign: float = 1.0) -> Array:
     """Return the covariance `(3, 3)` of a square's return error for a roughness of 1 m/sqrt(m).
 
-    Args:
-        side: Length of each side [m].
-        wheelbase: Wheelbase of the truck [m].
-        sign: +1 ccw, -1 cw.
+    `side` and `wheelbase` are in metres; `sign` is +1 for ccw, -1 for cw.
     """
     corner = 0.25 * sign * math.pi * wheelbase
     return path_covariance([side, -corner] * 4, [side, corner] * 4, wheelbase)
@@ -31,10 +28,6 @@ def floor_roughness(errors: ReturnErrors, wheelbase: float) -> Interval:
 
     Its limits are those of a chi^2 distribution with as many degrees of freedom as the scatter has. The drift
     of the heading correlates x and y, so that the true number of degrees of freedom is a little smaller.
-
-    Args:
-        errors: Return errors of the runs.
-        wheelbase: Wheelbase of the truck [m].
     """
     unit = square_covariance(errors.side, wheelbase)
     freedom, variance = errors.freedom, errors.scatter**2

@@ -26,21 +26,13 @@ Method = Literal["printed-x", "printed-y", "printed", "printed-true-b", "heading
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """The correction of a truck by a UMBmark experiment.
+    """The correction of a truck by a UMBmark experiment."""
 
-    Attributes:
-        method: Method that gave the correction.
-        alpha: Angle by which each corner turns too little [rad], type A error.
-        beta: Angle by which the heading turns along each leg [rad], type B error.
-        e_b: Actual over nominal wheelbase, U (2.4).
-        e_d: Actual over nominal ratio of right to left wheel diameter, U (2.3).
-    """
-
-    method: Method
-    alpha: float
-    beta: float
-    e_b: float
-    e_d: float
+    method: Method  # method that gave the correction
+    alpha: float  # angle by which each corner turns too little [rad], type A error
+    beta: float  # angle by which the heading turns along each leg [rad], type B error
+    e_b: float  # actual over nominal wheelbase, U (2.4)
+    e_d: float  # actual over nominal ratio of right to left wheel diameter, U (2.3)
 
 
 def printed_angles(centres: Array, side: float) -> Array:
@@ -101,12 +93,9 @@ def factors_of(angles: Array, side: float, wheelbase: float, method: Method) -> 
 def solve_printed(errors: ReturnErrors, wheelbase: float, method: Method = "printed") -> Correction:
     """Return the correction by the paper's equations, or from the return headings alone.
 
-    Args:
-        errors: Return errors of the runs.
-        wheelbase: Nominal wheelbase, with which the odometry was calculated [m].
-        method: "printed-x" uses x alone, "printed-y" y alone; "printed" averages both as in footnote 2, with
-            the nominal b in (4.22); "printed-true-b" averages too and takes the corrected b; "heading" uses
-            neither x nor y.
+    "printed-x" uses x alone, "printed-y" y alone; "printed" averages both as in footnote 2, with the nominal
+    wheelbase b [m] in (4.22); "printed-true-b" averages too and takes the corrected b; "heading" uses neither
+    x nor y.
 
     Raises:
         CalibrationError: The errors are too large for small angles, or a heading is missing.

@@ -26,22 +26,15 @@ MIRROR = np.array([1.0, -1.0, -1.0])  # signs of x, y, theta of a cw run seen as
 class ReturnErrors:
     """Absolute minus calculated pose at the end of each run, U (3.1), in the frame of the run's start.
 
-    Attributes:
-        cw: Return errors x [m], y [m], theta [rad] of the clockwise runs, shape `(n, 3)`; theta is nan where
-            it was not measured.
-        ccw: Return errors of the counter-clockwise runs, shape `(m, 3)`, with the same columns.
-        side: Length of each side of the square [m].
-        source: File or folder that the errors come from, for messages.
-
     Raises:
         CalibrationError: The side is not a length, or a position is not a number.
         DirectionError: A direction has no run.
     """
 
-    cw: Array
-    ccw: Array
-    side: float
-    source: str = "return errors"
+    cw: Array  # x [m], y [m], theta [rad] of each run, `(n, 3)`; theta is nan where it was not measured
+    ccw: Array  # likewise, `(m, 3)`
+    side: float  # length of each side of the square [m]
+    source: str = "return errors"  # file or folder that the errors come from, for messages
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.side) and self.side > 0.0):

@@ -24,28 +24,18 @@ if TYPE_CHECKING:
 SquareDirection = Literal["cw", "ccw"]
 
 _TURN_TOLERANCE = math.radians(45.0)  # [rad] tolerance of the total rotation: half a corner
-_FROZEN_WHEEL_TRAVEL = (
-    0.05  # [m] travel of the other wheel after which a wheel without counts is frozen (assumption)
-)
+_FROZEN_WHEEL_TRAVEL = 0.05  # [m] of the other wheel: one without counts is then frozen (assumption)
 _LENGTH_TOLERANCE = 0.15  # [1] relative tolerance of the total length (assumption)
 
 
 @dataclass(frozen=True, slots=True)
 class SquareRun:
-    """One run between two absolute fixes.
+    """One run between two absolute fixes."""
 
-    Attributes:
-        direction: Direction in which the square was driven.
-        absolute: Pose of the second fix seen from the first: x [m], y [m], theta [rad] (nan if unknown),
-            shape `(3,)`.
-        wheel_angles: Angle by which the left and the right wheel turned in each step [rad], shape `(N, 2)`.
-        source: Name of the run, for messages.
-    """
-
-    direction: SquareDirection
-    absolute: Array
-    wheel_angles: Array
-    source: str
+    direction: SquareDirection  # direction in which the square was driven
+    absolute: Array  # second fix seen from the first: x [m], y [m], theta [rad] (nan if unknown), `(3,)`
+    wheel_angles: Array  # angle by which the left and the right wheel turned in each step [rad], `(N, 2)`
+    source: str  # name of the run, for messages
 
     def path(self, truck: Truck) -> Array:
         """Return the poses `(N+1, 3)` by dead reckoning with a truck's parameters, from (0, 0, 0)."""

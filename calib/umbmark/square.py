@@ -35,12 +35,10 @@ SIGNS = np.array([-1.0, 1.0])  # cw, ccw
 
 
 def square_ends(truck: Truck, side: float, scales: Array) -> tuple[Array, Array]:
-    """Return where squares end `(..., 2, 3)`, cw then ccw, and the derivatives `(..., 2, 3, 3)` by `scales`.
+    """Return the ends `(..., 2, 3)` of squares of a side [m], cw then ccw, and their derivatives by `scales`.
 
-    Args:
-        truck: Parameters that the odometry uses.
-        side: Length of each side of the square [m].
-        scales: Actual over assumed left diameter, right diameter and wheelbase, shape `(..., 3)`.
+    `scales` `(..., 3)` are actual left diameter, right diameter and wheelbase over those of `truck`, which
+    the odometry uses; the derivatives have the shape `(..., 2, 3, 3)`.
     """
     left, right, base = (scales[..., None, column] for column in range(3))
     zero = np.zeros_like(left * SIGNS)
@@ -115,14 +113,10 @@ def fit_factors(
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Return log E_b, log E_d `(..., 2)` whose exact squares fit best, and whether each has converged.
 
-    Gauss-Newton with closed-form derivatives; a step that makes the fit worse is shortened.
-
-    Args:
-        centres: Centres of gravity x, y [m], theta [rad], cw then ccw, shape `(..., 2, 3)`.
-        weights: Reciprocal standard deviations of the centres, shape `(..., 2, 3)`; 0 leaves a value out.
-        truck: Parameters that the odometry used.
-        side: Length of each side of the square [m].
-        start: log E_b and log E_d at which the fit begins.
+    Gauss-Newton with closed-form derivatives from `start`; a step that makes the fit worse is shortened. The
+    centres of gravity, x, y [m] and theta [rad], cw then ccw, and their weights, reciprocal standard
+    deviations, have the shape `(..., 2, 3)`; a weight of 0 leaves a value out. `truck` has the parameters
+    that the odometry used on squares of `side` [m].
     """
     lead = np.broadcast_shapes(centres.shape, weights.shape)
     weights = np.broadcast_to(weights, lead)

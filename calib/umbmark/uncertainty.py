@@ -30,13 +30,7 @@ _DERIVATIVE_STEP = 1e-5  # [sides of the square, rad] step of the numerical deri
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """An estimate with its confidence interval; the limits are nan where there are too few runs.
-
-    Attributes:
-        value: The estimate.
-        low: Lower limit of the interval.
-        high: Upper limit of the interval.
-    """
+    """An estimate with its confidence interval; the limits are nan where there are too few runs."""
 
     value: float
     low: float
@@ -50,27 +44,16 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class Uncertainty:
-    """The uncertainty of a calibration.
+    """The uncertainty of a calibration."""
 
-    Attributes:
-        covariance: Covariance of E_b and E_d, shape `(2, 2)`.
-        freedom: Degrees of freedom of the scatter.
-        confidence: Probability that an interval contains the true value.
-        e_b: Interval of E_b.
-        e_d: Interval of E_d.
-        wheelbase: Interval of the wheelbase [m].
-        diameter_left: Interval of the left wheel's diameter [m].
-        diameter_right: Interval of the right wheel's diameter [m].
-    """
-
-    covariance: Array
-    freedom: int
-    confidence: float
+    covariance: Array  # covariance of E_b and E_d, `(2, 2)`
+    freedom: int  # degrees of freedom of the scatter
+    confidence: float  # probability that an interval contains the true value
     e_b: Interval
     e_d: Interval
-    wheelbase: Interval
-    diameter_left: Interval
-    diameter_right: Interval
+    wheelbase: Interval  # [m]
+    diameter_left: Interval  # [m]
+    diameter_right: Interval  # [m]
 
 
 def uncertainty_of(calibration: Calibration, confidence: float = CONFIDENCE) -> Uncertainty:

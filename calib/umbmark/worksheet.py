@@ -17,21 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One line of the calculation.
+    """One line of the calculation."""
 
-    Attributes:
-        number: Number of the formula in U.
-        symbol: Symbol of the result.
-        how: The formula with numbers inserted.
-        value: The result in millimetres, in degrees, or as a factor without unit.
-        unit: Unit of the result: mm, deg or empty.
-    """
-
-    number: str
-    symbol: str
-    how: str
-    value: float
-    unit: str = ""
+    number: str  # number of the formula in U
+    symbol: str  # symbol of the result
+    how: str  # the formula with numbers inserted
+    value: float  # the result in millimetres, in degrees, or as a factor without unit
+    unit: str = ""  # unit of the result: mm, deg or empty
 
 
 def worksheet(errors: ReturnErrors, truck: Truck) -> tuple[Step, ...]:

@@ -16,21 +16,13 @@ MOVING = JOINT_BIAS - LINK  # states that the next step depends on, from the lin
 
 
 class Adjoint:
-    """State of the backward recursion.
+    """State of the backward recursion."""
 
-    Attributes:
-        vector: Adjoint r, shape `(19,)`.
-        information: Information L of the adjoint, shape `(19, 19)`.
-        change: Transition without its unit matrix, shape `(6, 14)`; working memory.
-        drawn: Product of `change` and the information, shape `(14, 19)`; working memory.
-        carried: One row of a product, shape `(19,)`; working memory.
-    """
-
-    vector: Annotated[Array, 19]
-    information: Annotated[Array, (19, 19)]
-    change: Annotated[Array, (6, 14)]
-    drawn: Annotated[Array, (14, 19)]
-    carried: Annotated[Array, 19]
+    vector: Annotated[Array, 19]  # adjoint r
+    information: Annotated[Array, (19, 19)]  # information L of the adjoint
+    change: Annotated[Array, (6, 14)]  # transition without its unit matrix; working memory
+    drawn: Annotated[Array, (14, 19)]  # product of `change` and the information; working memory
+    carried: Annotated[Array, 19]  # one row of a product; working memory
 
 
 @compiled

@@ -66,64 +66,37 @@ class Estimate:
 
 
 class Table(NamedTuple):
-    """A recording as input of the compiled loops.
+    """A recording as input of the compiled loops."""
 
-    Attributes:
-        counts: Counts in the order of `CHANNELS`, shape `(N, 7)`.
-        present: Whether each count was read, shape `(N, 7)`.
-        fixes: Absolute poses in order of time, `(K,)` records of `Fix`; the loops fill their gains.
-    """
-
-    counts: IntArray
-    present: NDArray[np.bool_]
-    fixes: Record
+    counts: IntArray  # counts in the order of `CHANNELS`, `(N, 7)`
+    present: NDArray[np.bool_]  # whether each count was read, `(N, 7)`
+    fixes: Record  # absolute poses in order of time, `(K,)` records of `Fix`; the loops fill their gains
 
 
 class Trace(NamedTuple):
-    """Results of the filter at every sample, and checkpoints for the smoother.
+    """Results of the filter at every sample, and checkpoints for the smoother."""
 
-    Attributes:
-        poses: Poses of truck a and b [m, m, rad], shape `(2, N, 3)`.
-        sigmas: Their standard deviations, shape `(2, N, 3)`.
-        lost: Travel that each wheel lost [m], shape `(N, 4)`.
-        alert: Travel for which each wheel stays distrusted [m], shape `(N, 4)`.
-        nis: Normalised innovation squared, shape `(N,)`.
-        means: First six states, shape `(N, 6)`.
-        checkpoints: State before each block of `BLOCK_SAMPLES` samples, `(B,)` records of `FilterState`.
-        filter_checkpoints: Open filters before each block, `(B, H)` records of `OpenFilter`.
-        moves: Moves of the estimate to the mixture, see `move_to_mixture`, shape `(D, 21)`.
-    """
-
-    poses: Array
-    sigmas: Array
-    lost: Array
-    alert: Array
-    nis: Array
-    means: Array
-    checkpoints: Record
-    filter_checkpoints: Record
-    moves: Array
+    poses: Array  # poses of truck a and b [m, m, rad], `(2, N, 3)`
+    sigmas: Array  # their standard deviations, `(2, N, 3)`
+    lost: Array  # travel that each wheel lost [m], `(N, 4)`
+    alert: Array  # travel for which each wheel stays distrusted [m], `(N, 4)`
+    nis: Array  # normalised innovation squared, `(N,)`
+    means: Array  # first six states, `(N, 6)`
+    checkpoints: Record  # state before each block of `BLOCK_SAMPLES` samples, `(B,)` records of `FilterState`
+    filter_checkpoints: Record  # open filters before each block, `(B, H)` records of `OpenFilter`
+    moves: Array  # moves of the estimate to the mixture, see `move_to_mixture`, `(D, 21)`
 
 
 @dataclass(frozen=True, slots=True)
 class ForwardRun:
-    """A run of the filter over a recording.
+    """A run of the filter over a recording."""
 
-    Attributes:
-        estimate: Filtered estimate at every sample.
-        settings: The filter's settings, one record `(1,)` of `FilterSettings`.
-        table: The recording.
-        trace: Trace of the run.
-        last: The state after the last sample, one record `(1,)`.
-        filters: The open filters after it, records `(H,)`.
-    """
-
-    estimate: Estimate
-    settings: Record
-    table: Table
-    trace: Trace
-    last: Record
-    filters: Record
+    estimate: Estimate  # filtered estimate at every sample
+    settings: Record  # the filter's settings, one record `(1,)` of `FilterSettings`
+    table: Table  # the recording
+    trace: Trace  # trace of the run
+    last: Record  # the state after the last sample, one record `(1,)`
+    filters: Record  # the open filters after it, records `(H,)`
 
 
 @compiled_without_lock

@@ -27,28 +27,19 @@ LEVELS = ("wheels of truck a", "wheels of truck b", "sides of the trucks", "slip
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """An interval in which a wheel travelled less than it rolled, because of a bump or of slip.
-
-    Attributes:
-        wheel: Channel of the wheel.
-        start: Time at which the disturbance was detected, on the recording's clock [s].
-        end: Time of the last sample in which the wheel was distrusted, on the recording's clock [s].
-        lost: Travel that the wheel lost [m].
-    """
+    """An interval in which a wheel travelled less than it rolled, because of a bump or of slip."""
 
     wheel: Channel
-    start: float
-    end: float
-    lost: float
+    start: float  # time at which the disturbance was detected, on the recording's clock [s]
+    end: float  # time of the last sample in which the wheel was distrusted, on the recording's clock [s]
+    lost: float  # travel that the wheel lost [m]
 
 
 def find_disturbances(time: Array, alert: Array, lost: Array) -> tuple[Disturbance, ...]:
     """Return the intervals in which distrusted wheels lost `MIN_LOST_TRAVEL` or more, in order of time.
 
-    Args:
-        time: Time of each sample [s], shape `(N,)`.
-        alert: Travel for which each wheel stays distrusted after each sample [m], shape `(N, 4)`.
-        lost: Travel that each wheel lost in each sample [m], shape `(N, 4)`.
+    For samples at `time` `(N,)` [s]: `alert` is the travel for which each wheel stays distrusted after them,
+    `lost` the travel that it lost in them [m], each `(N, 4)`.
     """
     disturbances = []
     for number, wheel in enumerate(WHEELS):
@@ -63,23 +54,14 @@ def find_disturbances(time: Array, alert: Array, lost: Array) -> tuple[Disturban
 
 @dataclass(frozen=True, slots=True)
 class SlowParameters:
-    """The systematic errors of the encoders, as estimated.
+    """The systematic errors of the encoders, as estimated."""
 
-    Attributes:
-        wheel: True over nominal diameter of each wheel, minus 1, in the order of `WHEELS`, shape `(4,)`.
-        wheelbase: True over nominal wheelbase of truck a and truck b, minus 1, shape `(2,)`.
-        creep: Sideways speed of truck a and b per lateral acceleration, outwards [s], shape `(2,)`.
-        joint_bias: Bias of the readings of joint_a and joint_b [rad], shape `(2,)`.
-        link_bias: Bias of the link's reading [m].
-        sigma: Standard deviations of wheels, wheelbases, creep, joint biases and link bias, `(11,)`.
-    """
-
-    wheel: Array
-    wheelbase: Array
-    creep: Array
-    joint_bias: Array
-    link_bias: float
-    sigma: Array
+    wheel: Array  # true over nominal diameter of each wheel, minus 1, in the order of `WHEELS`, `(4,)`
+    wheelbase: Array  # true over nominal wheelbase of truck a and truck b, minus 1, `(2,)`
+    creep: Array  # sideways speed of truck a and b per lateral acceleration, outwards [s], `(2,)`
+    joint_bias: Array  # bias of the readings of joint_a and joint_b [rad], `(2,)`
+    link_bias: float  # bias of the link's reading [m]
+    sigma: Array  # standard deviations of wheels, wheelbases, creep, joint biases and link bias, `(11,)`
 
     @property
     def vector(self) -> Array:
@@ -103,24 +85,20 @@ def slow_parameters(mean: Array, covariance: Array) -> SlowParameters:
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """What contradicts the description of the robot, or the model of its motion.
+    """What contradicts the description of the robot, or the model of its motion."""
 
-    Attributes:
-        suspects: Probably wrong values of `vehicle.toml`, from `prior.VALUE_NAMES`, with probabilities.
-        undecided: Values of which the readings do not tell whether they are wrong, with probabilities; often
-            several that explain the same readings.
-        misread: Readings with an error beyond a constant bias, from `hypotheses.READINGS`, with
-            probabilities: a joint with play or out of centre, a slider that sticks, a late reading, a drive
-            that winds up.
-        scatter: Inputs whose noise exceeds three times the expected level, and the ratios.
-        untold: Suspects that this drive does not identify to a third of `prior.SUSPECT_SIZES`; the mean
-            diameter of all wheels, which the linkage never shows, counts as known.
-    """
-
+    # Probably wrong values of `vehicle.toml`, from `prior.VALUE_NAMES`, with probabilities
     suspects: tuple[tuple[str, float], ...]
+    # Values of which the readings do not tell whether they are wrong, with probabilities; often several that
+    # explain the same readings
     undecided: tuple[tuple[str, float], ...]
+    # Readings with an error beyond a constant bias, from `hypotheses.READINGS`, with probabilities: a joint
+    # with play or out of centre, a slider that sticks, a late reading, a drive that winds up
     misread: tuple[tuple[str, float], ...]
+    # Inputs with more than three times the expected noise, and the ratios
     scatter: tuple[tuple[str, float], ...]
+    # Suspects that this drive does not identify to a third of `prior.SUSPECT_SIZES`; the mean diameter of all
+    # wheels, which the linkage never shows, counts as known
     untold: tuple[str, ...]
 
 

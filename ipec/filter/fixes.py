@@ -22,23 +22,14 @@ MIN_FIX_SIGMA = 1e-7  # [m], [rad] smallest standard deviation of a fix, so that
 
 
 class Fix:
-    """An absolute pose, applied after the linkage reading of a sample.
+    """An absolute pose, applied after the linkage reading of a sample."""
 
-    Attributes:
-        sample: Number of the sample after which it is applied.
-        truck: 0 for truck a, 1 for truck b.
-        pose: Measured pose [m, m, rad]; nan for a coordinate that was not measured.
-        sigma: Standard deviations of the pose [m, m, rad].
-        row: Derivative of each coordinate by the states, at the filter's mean before the update.
-        gain: Gain of each coordinate under each hypothesis, as in `OpenFilter`.
-    """
-
-    sample: int
-    truck: int
-    pose: Annotated[Array, 3]
-    sigma: Annotated[Array, 3]
-    row: Annotated[Array, (3, 19)]
-    gain: Annotated[Array, (HYPOTHESIS_COUNT, 3, 21)]
+    sample: int  # number of the sample after which it is applied
+    truck: int  # 0 for truck a, 1 for truck b
+    pose: Annotated[Array, 3]  # measured pose [m, m, rad]; nan for a coordinate that was not measured
+    sigma: Annotated[Array, 3]  # standard deviations of the pose [m, m, rad]
+    row: Annotated[Array, (3, 19)]  # derivative of each coordinate by the states, before the update
+    gain: Annotated[Array, (HYPOTHESIS_COUNT, 3, 21)]  # of each coordinate and hypothesis, as in `OpenFilter`
 
 
 def samples_at(recording: Recording, times: Array) -> IntArray:

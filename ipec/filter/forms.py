@@ -111,22 +111,13 @@ def fill_sensitivities(settings: FilterSettings, state: FilterState, opened: Ope
         for truck in range(2):
             angle = 0.5 * (state.step_start[1 + truck] + state.mean[JOINT_A + truck])
             aside, ahead, away = -distance * math.sin(angle), distance * math.cos(angle), 1.0 - 2.0 * truck
-            by_input[SIDES + truck, 0], by_input[SIDES + truck, 1] = (
-                away * aside,
-                creep * aside,
-            )
-            by_input[AHEAD + truck, 0], by_input[AHEAD + truck, 1] = (
-                away * ahead,
-                creep * ahead,
-            )
+            by_input[SIDES + truck, 0], by_input[SIDES + truck, 1] = away * aside, creep * aside
+            by_input[AHEAD + truck, 0], by_input[AHEAD + truck, 1] = away * ahead, creep * ahead
     elif 0 <= opened.reading < TRUCKS:
         if opened.form == PLAY:
             update_play(state, opened)
         first, second = reading_sensitivities(settings, state, opened)
-        by_reading[0, opened.reading], by_reading[1, opened.reading] = (
-            first,
-            second,
-        )
+        by_reading[0, opened.reading], by_reading[1, opened.reading] = first, second
     elif opened.form == WANDERS and opened.reading >= ENCODERS:
         wheel = opened.reading - ENCODERS
         by_input[wheel, 0] = state.step_travel[wheel]

@@ -26,20 +26,14 @@ WANDERS, OFF_CENTRE, LINK_SCALE, PLAY, LATE, SLOPE, PUSH = range(7)
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
-    """One possible error of a reading, or of a truck's heading by its wheels.
+    """One possible error of a reading, or of a truck's heading by its wheels."""
 
-    Attributes:
-        reading: Number in `READINGS` of the erroneous reading; -1 for none.
-        sizes: Standard deviations of the sizes of the error: [rad] or [m]; of a scale [1]; of a delay
-            [periods of SYNC] and of slip [s^2/m]; of creep along x and y [1]; of creep along the link and of
-            the trucks' difference in it [1].
-        correlation_length: Distance over which the error is correlated [lengths of the link].
-        form: Its form.
-    """
-
-    reading: int = -1
+    reading: int = -1  # number in `READINGS` of the erroneous reading; -1 for none
+    # Standard deviations of the sizes of the error: [rad] or [m]; of a scale [1]; of a delay [periods of
+    # SYNC] and of slip [s^2/m]; of creep along x and y [1]; of creep along the link and of the trucks'
+    # difference in it [1]
     sizes: tuple[float, float] = (0.0, 0.0)
-    correlation_length: float = math.inf
+    correlation_length: float = math.inf  # distance over which the error is correlated [lengths of the link]
     form: int = WANDERS
 
 
@@ -88,8 +82,7 @@ HYPOTHESES = (
 def log_prior_probabilities(wrong: float) -> list[float]:
     """Return the log prior probability of every hypothesis.
 
-    Args:
-        wrong: Probability that a given reading is erroneous; its forms are equally probable.
+    A given reading is erroneous with the probability `wrong`; its forms are equally probable.
     """
     log_correct = math.log(1.0 - wrong)
     log_single = math.log(wrong) + (len(READINGS) - 1) * log_correct

@@ -51,16 +51,10 @@ NO_MOVES = np.empty((0, STATES + 2))  # nothing of the mixture is stored
 
 @dataclass(frozen=True, slots=True)
 class FilteredState:
-    """The estimate after a sample. It is never changed: each step returns another one.
+    """The estimate after a sample. It is never changed: each step returns another one."""
 
-    Attributes:
-        record: The estimate as one read-only record `(1,)` of `omnimate.ipec.filter.records.FilterState`.
-        filters: The open filters as read-only records `(H,)` of `omnimate.ipec.filter.records.OpenFilter`;
-            shared by states of the same step.
-    """
-
-    record: Record
-    filters: Record
+    record: Record  # one read-only record `(1,)` of `omnimate.ipec.filter.records.FilterState`
+    filters: Record  # read-only records `(H,)` of `OpenFilter`, shared by states of the same step
 
     def pose(self, truck: TruckName = "a") -> Array:
         """Return the pose x, y, heading of a truck [m, m, rad], shape `(3,)`.
@@ -111,10 +105,8 @@ class FilteredState:
 class Filter:
     """The filter for one robot with two trucks.
 
-    Args:
-        vehicle: The robot as `vehicle.toml` describes it.
-        noise: Scatter of floor and encoders; `FilterNoise()` where it is None.
-        prior: How well `vehicle` is known; `CALIBRATED` where it is None.
+    `noise` is the scatter of floor and encoders, `FilterNoise()` where it is None; `prior` says how well the
+    `vehicle` is known, `CALIBRATED` where it is None.
 
     Raises:
         NoLinkageError: The robot has a single truck.
@@ -128,12 +120,7 @@ class Filter:
         self._columns = columns_of(vehicle, CHANNELS)
 
     def start(self, pose_a: ArrayLike = ORIGIN, sigma: ArrayLike = (0.0, 0.0, 0.0)) -> FilteredState:
-        """Return the state before the first sample.
-
-        Args:
-            pose_a: Pose of truck a [m, m, rad], shape `(3,)`.
-            sigma: Standard deviations of that pose [m, m, rad], shape `(3,)`.
-        """
+        """Return the state before the first sample, at a pose of truck a and its sigma [m, m, rad]."""
         period = self.settings["period"][0]
         states, filters = record(FilterState), np.zeros(HYPOTHESIS_COUNT, layout(OpenFilter))
         state = states[0]
@@ -167,15 +154,10 @@ class Filter:
     def fix(
         self, state: FilteredState, pose: ArrayLike, sigma: ArrayLike, truck: TruckName = "a"
     ) -> FilteredState:
-        """Return the state after an absolute pose of a truck.
+        """Return the state after an absolute pose of a truck, measured after the sample of `state`.
 
-        Only fixes separate the joints' biases from the robot's heading.
-
-        Args:
-            state: State after the sample in which the pose was measured.
-            pose: Measured pose [m, m, rad], shape `(3,)`; nan for a coordinate that was not measured.
-            sigma: Standard deviations of the measured pose [m, m, rad], shape `(3,)`.
-            truck: Truck whose pose was measured.
+        Only fixes separate the joints' biases from the robot's heading. The pose and its standard deviations
+        [m, m, rad] have the shape `(3,)`; a coordinate that was not measured is nan.
         """
         following, filters = _copy(state.record), _copy(state.filters)
         fix = record(Fix)[0]
@@ -190,11 +172,8 @@ def filter_settings(vehicle: VehicleParameters, noise: FilterNoise, prior: Prior
     Raises:
         NoLinkageError: The robot has a single truck.
     """
-    scales = scales_of(vehicle)
-    records = record(FilterSettings)
+    records = scales_of(vehicle, FilterSettings)
     settings = records[0]
-    for name in scales.dtype.names or ():
-        settings[name] = scales[name][0]
     steps = np.abs(settings["scale"])
     settings["period"] = vehicle.bus.sync_period
     settings["noise"] = np.square([noise.roughness, noise.roughness, noise.sideways, noise.slack])

@@ -23,9 +23,7 @@ from omnimate.ipec.filter.records import (
 from omnimate.vehicle.compiled import Array, compiled
 from omnimate.vehicle.se2 import wrap_angle
 
-MAX_INFORMATIVE_PROBABILITY = (
-    0.9  # [1] probability of the step above which a reading is not used (assumption)
-)
+MAX_INFORMATIVE_PROBABILITY = 0.9  # [1] of the step, above which a reading is not used (assumption)
 INTERPOLATION_ERROR = 0.2  # [half steps] encoder error that averaging does not remove (assumption)
 MIN_STEP_PROBABILITY = 1e-6  # [1] below it a uniform density over the step is used, for numerical stability
 

@@ -24,9 +24,7 @@ from omnimate.ipec.filter.suspects import average_slow_states
 from omnimate.vehicle.compiled import Array, Record, compiled
 from omnimate.vehicle.matrices import add_outer, add_scaled, multiply
 
-TURNED_AXLE_PROBABILITY = (
-    0.5  # that an apparent joint bias is an axle turned in its truck: both are as likely
-)
+TURNED_AXLE_PROBABILITY = 0.5  # that an apparent joint bias is a turned axle: both are as likely
 # Log odds of a change of hypothesis in one step of 50 mm; assumption: a joint comes loose once in 50 km.
 MIN_LOG_ODDS = -math.log(1e6)
 MIN_RELATIVE_WEIGHT = 0.03  # less probable hypotheses, relative to the best one, are left out to save time
@@ -50,14 +48,10 @@ def weigh_hypotheses(settings: FilterSettings, state: FilterState) -> None:
 
 @compiled
 def move_to_mixture(settings: FilterSettings, state: FilterState, filters: Record, moves: Array) -> None:
-    """Move the estimate to the mixture; in a replay, to the mixture of the first run.
+    """Move estimate and open filters to the mixture, in place; in a replay, to the mixture of the first run.
 
-    Args:
-        settings: Settings of the filter.
-        state: Estimate, changed in place.
-        filters: Open filters, changed in place.
-        moves: Differences of mixture and estimate, whether the next step is short, and the nonlinear error,
-            `(D, 21)`; read in a replay, filled otherwise. With `(0, 21)` nothing is stored.
+    `moves` `(D, 21)` are differences of mixture and estimate, whether the next step is short, and the
+    nonlinear error: read in a replay, filled otherwise. With `(0, 21)` nothing is stored.
     """
     if state.is_replay:
         state.move[:] = moves[state.mixture_count, :STATES]

@@ -130,14 +130,9 @@ def noise_level_of(number: int) -> int:
 
 @compiled
 def fill_input_variance(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
-    """Fill the variance of the inputs of the step.
+    """Fill the variance of the inputs of the step, given the levels of noise.
 
     It is proportional to the travel, Chong & Kleeman (1997); of a distrusted input, to its square.
-
-    Args:
-        settings: Settings of the filter.
-        state: Estimate with the levels of noise.
-        opened: Open filter; its `input_variance` is filled.
     """
     distance, out = 0.25 * state.step_distance.sum(), opened.input_variance
     for number in range(INPUTS):

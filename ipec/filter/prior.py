@@ -45,24 +45,15 @@ class Prior:
 
     The standard deviations are small: wrong values are separate suspects, which the readings identify. The
     mean of all wheel diameters cannot be observed by the linkage.
-
-    Attributes:
-        scale: Relative standard deviation of the mean of a truck's wheel diameters, U (2.4) E_s.
-        ratio: Standard deviation of a truck's right over left wheel diameter, U (2.3) E_d.
-        wheelbase: Relative standard deviation of each truck's wheelbase, U (2.4) E_b.
-        joint: Standard deviation of the bias of each joint [rad].
-        link: Standard deviation of the bias of the link [m].
-        creep: Standard deviation of a truck's sideways speed per lateral acceleration [s].
-        wrong: Probability that a given one of `SUSPECT_NAMES` is wrong.
     """
 
-    scale: float = 1e-4
-    ratio: float = 1.5e-4
-    wheelbase: float = 5e-4
-    joint: float = math.radians(0.003)
-    link: float = 2e-4
-    creep: float = 1e-3
-    wrong: float = 0.05
+    scale: float = 1e-4  # relative standard deviation of the mean of a truck's wheel diameters, U (2.4) E_s
+    ratio: float = 1.5e-4  # standard deviation of a truck's right over left wheel diameter, U (2.3) E_d
+    wheelbase: float = 5e-4  # relative standard deviation of each truck's wheelbase, U (2.4) E_b
+    joint: float = math.radians(0.003)  # standard deviation of the bias of each joint [rad]
+    link: float = 2e-4  # standard deviation of the bias of the link [m]
+    creep: float = 1e-3  # standard deviation of a truck's sideways speed per lateral acceleration [s]
+    wrong: float = 0.05  # probability that a given one of `SUSPECT_NAMES` is wrong
 
     @property
     def covariance(self) -> Array:
@@ -108,28 +99,15 @@ MONITORING_PRIOR = Prior(1e-3, 5e-4, 2e-2, math.radians(0.02), 3e-4, wrong=1e-6)
 
 @dataclass(frozen=True, slots=True)
 class FilterNoise:
-    """Initial noise levels of the filter, and the limits of its test for disturbances.
+    """Initial noise levels of the filter, and the limits of its test for disturbances."""
 
-    Attributes:
-        roughness: Standard deviation of a wheel's travel after one metre [m/sqrt(m)].
-        sideways: Standard deviation of a truck's sideways slip after one metre [m/sqrt(m)].
-        slack: Standard deviation of unexplained changes of the link's length after one metre [m/sqrt(m)].
-        correlated: Correlation length of the errors of floor and wheels [m].
-        trust: Distance that the initial levels count for against learned ones [m].
-        memory: Distance over which learned levels are forgotten exponentially [m].
-        drift: Standard deviation of the change of a wheel's or a wheelbase's factor in one metre [1/sqrt(m)].
-        gate: Innovation above which an input is tested for a disturbance [standard deviations].
-        hold: Travel for which a disturbed input stays distrusted [m].
-        distrust: Standard deviation of a distrusted input, as a fraction of the distance rolled.
-    """
-
-    roughness: float = CONCRETE_ROUGHNESS
-    sideways: float = 5e-5
-    slack: float = 1e-4
-    correlated: float = 0.2
-    trust: float = 4.0
-    memory: float = 20.0
-    drift: float = 1e-5
-    gate: float = 3.5
-    hold: float = 0.1
-    distrust: float = 0.1
+    roughness: float = CONCRETE_ROUGHNESS  # sigma of a wheel's travel after one metre [m/sqrt(m)]
+    sideways: float = 5e-5  # sigma of a truck's sideways slip after one metre [m/sqrt(m)]
+    slack: float = 1e-4  # sigma of unexplained changes of the link's length after one metre [m/sqrt(m)]
+    correlated: float = 0.2  # correlation length of the errors of floor and wheels [m]
+    trust: float = 4.0  # distance that the initial levels count for against learned ones [m]
+    memory: float = 20.0  # distance over which learned levels are forgotten exponentially [m]
+    drift: float = 1e-5  # sigma of the change of a wheel's or wheelbase's factor in one metre [1/sqrt(m)]
+    gate: float = 3.5  # innovation above which an input is tested for a disturbance [standard deviations]
+    hold: float = 0.1  # travel for which a disturbed input stays distrusted [m]
+    distrust: float = 0.1  # sigma of a distrusted input, as a fraction of the distance rolled

@@ -38,17 +38,7 @@ def smooth(
     """Return the estimate at every sample given all samples of a recording.
 
     At the last sample it equals the filter's estimate. `nis`, `disturbances` and `slow` are the filter's.
-
-    Args:
-        recording: Recording of a robot with two trucks.
-        start: Pose of truck a at the first sample [m, m, rad], shape `(3,)`.
-        sigma: Standard deviations of `start` [m, m, rad], shape `(3,)`.
-        fixes: Absolute poses to use, such as `recording.poses`; None for none.
-        prior: How well `recording.vehicle` is known; `CALIBRATED` where it is None.
-
-    Raises:
-        NoLinkageError: The robot has a single truck.
-        LinkageChannelError: A channel of the linkage was never read, or was frozen while the robot moved.
+    Arguments and errors are those of `estimate`.
     """
     run = run_forward(recording, start, sigma, fixes, prior)
     weight, trace = run.last["weight"][0], run.trace

@@ -35,19 +35,12 @@ from omnimate.vehicle.matrices import add_scaled, multiply
 
 
 class Block(NamedTuple):
-    """The smoothed steps of a block of samples.
+    """The smoothed steps of a block of samples."""
 
-    Attributes:
-        samples: Number of the sample of each step, shape `(M,)`, ascending.
-        moves: From the filter's states to the smoothed ones after and before each step, shape `(M, 2, 6)`.
-        sigmas: Standard deviations of both trucks' poses, shape `(M, 2, 3)`.
-        lost: Travel that each wheel lost in each step [m], shape `(M, 4)`.
-    """
-
-    samples: IntArray
-    moves: Array
-    sigmas: Array
-    lost: Array
+    samples: IntArray  # number of the sample of each step, `(M,)`, ascending
+    moves: Array  # from the filter's states to the smoothed ones after and before each step, `(M, 2, 6)`
+    sigmas: Array  # standard deviations of both trucks' poses, `(M, 2, 3)`
+    lost: Array  # travel that each wheel lost in each step [m], `(M, 4)`
 
 
 @compiled
@@ -59,16 +52,11 @@ def run_block(
     steps: Record,
     samples: IntArray,
 ) -> int:
-    """Replay the filter over one block, store every step, and return their number.
+    """Replay the filter over block `number` for some hypotheses, store every step, and return their number.
 
-    Args:
-        settings: One record `(1,)` of `FilterSettings`.
-        run: The recording and its trace; the block's checkpoints are overwritten by the states after it.
-        number: Number of the block.
-        hypotheses: Numbers of the hypotheses to replay, shape `(C,)`.
-        steps: Filled with their states at the first linkage reading, after every step and after fixes, `(C,
-            M)` records of `Step`.
-        samples: Filled with the numbers of these samples.
+    `run` is the recording and its trace; the block's checkpoints are overwritten by the states after it.
+    `steps` `(C, M)` is filled with the hypotheses' states at the first linkage reading, after every step and
+    after fixes, `samples` with the numbers of these samples.
     """
     table, trace = run
     states, filters = trace.checkpoints[number : number + 1], trace.filter_checkpoints[number]
@@ -157,15 +145,10 @@ def fill_smoothed_covariance(adjoint: Adjoint, step: Step, covariance: Array) ->
 def smooth_block(
     steps: Record, adjoints: Record, hypothesis: int, fixes: Record, ends: Record, block: Block
 ) -> None:
-    """Run the adjoint backward through one block, and fill `block` except its samples.
+    """Run the adjoint backward through the steps of one block, and fill `block` except its samples.
 
-    Args:
-        steps: Stored steps of the block, `(M,)` records of `Step`.
-        adjoints: Adjoint after the block, one record `(1,)`; changed to that before the block.
-        hypothesis: Number of the hypothesis.
-        fixes: Absolute poses of the whole recording with their gains, `(K,)` records of `Fix`.
-        ends: State at the end of the recording, one record `(1,)` of `FilterState`.
-        block: The block to fill.
+    `adjoints` is that after the block, one record `(1,)`; changed to that before the block. `fixes` are the
+    absolute poses of the whole recording with their gains, `ends` is the state at its end, a record `(1,)`.
     """
     adjoint = adjoints[0]
     mean, pose, covariance = np.empty(POSE), np.empty(3), np.empty((POSE, POSE))
@@ -208,11 +191,8 @@ def fill_lost_travel(adjoint: Adjoint, step: Step, lost: Array) -> None:
 def interpolate_smoothed_poses(means: Array, block: Block, poses: Array, sigmas: Array) -> None:
     """Fill the smoothed poses at every sample, interpolated between the ends of steps.
 
-    Args:
-        means: First six states by the filter at each sample, shape `(N, 6)`.
-        block: All steps of the recording.
-        poses: Filled with the poses of truck a and b [m, m, rad], shape `(2, N, 3)`.
-        sigmas: Filled with their standard deviations, shape `(2, N, 3)`.
+    `means` are the first six states by the filter, `(N, 6)`, and `block` holds all steps of the recording.
+    Filled are the poses of truck a and b [m, m, rad] and their standard deviations, `(2, N, 3)`.
     """
     samples, moves = block.samples, block.moves
     mean, unused, none = np.empty(POSE), np.empty(3), np.zeros((POSE, POSE))

@@ -134,10 +134,8 @@ def accumulate(settings: FilterSettings, state: FilterState) -> None:
         if rate == READING_NOISE_RATE:  # an outlier counts little, once the noise is known
             most = 9.0 * max(state.reading_variance[number], settings.half_count[number] ** 2 / 3.0)
             noise = min(max(noise, -most), most)
-        state.reading_variance[number] = max(
-            0.0,
-            state.reading_variance[number] + rate * (noise - state.reading_variance[number]),
-        )
+        variance = state.reading_variance[number]
+        state.reading_variance[number] = max(0.0, variance + rate * (noise - variance))
         state.residual_sum[number] += residual
         state.squared_changes[number] += change * change
         state.last_residual[number], state.residual_change[number] = residual, change
@@ -183,13 +181,9 @@ def update(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> 
 def finish_step(settings: Record, states: Record, filters: Record, moves: Array) -> None:
     """End a step in which the robot has moved: predict covariances, update, and mix.
 
-    After the first reading of the linkage the open filters are initialised by it instead.
-
-    Args:
-        settings: Settings of the filter, one record `(1,)` of `FilterSettings`.
-        states: Estimate, one record `(1,)` of `FilterState`, changed in place.
-        filters: Open filters `(H,)`, changed in place.
-        moves: As in `move_to_mixture`.
+    After the first reading of the linkage the open filters are initialised by it instead. `settings` and
+    `states` are records `(1,)`; estimate and open filters `(H,)` are changed in place, `moves` is as in
+    `move_to_mixture`.
     """
     state = states[0]
     if not state.is_linked and state.linked:

@@ -45,11 +45,8 @@ def moments_of_two(
 ) -> Moments:
     """Return the moments of the sizes of two suspects, or of one, given that they are present.
 
-    Args:
-        first: Prior variance of the first size.
-        second: Prior variance of the second size; 0 where there is one suspect only.
-        inside: Information on the first size, on both, and on the second.
-        pull: Pull of the first size and of the second.
+    Their prior variances are `first` and `second`, 0 where there is one only. `inside` is the information on
+    the first size, on both, and on the second; `pull` the pull of each.
 
     Returns:
         Both means; variance of the first size, covariance, variance of the second; and the determinant of
@@ -68,14 +65,9 @@ def moments_of_two(
 def average_sets(settings: FilterSettings, inside: Array, pull: Array) -> tuple[Array, Array, Array]:
     """Average the sizes of the suspects over all sets of up to two of them.
 
-    Args:
-        settings: Settings of the filter.
-        inside: Information on the sizes by the readings, shape `(17, 17)`.
-        pull: Pull of the sizes, shape `(17,)`.
-
-    Returns:
-        Means of the sizes `(17,)`, their covariance `(17, 17)`, and the probabilities that each of
-        `prior.VALUE_NAMES` is wrong `(9,)`.
+    `inside` `(17, 17)` is the information on the sizes by the readings, `pull` `(17,)` their pull. Returned
+    are the means of the sizes `(17,)`, their covariance `(17, 17)`, and the probabilities that each of
+    `prior.VALUE_NAMES` is wrong `(9,)`.
     """
     best, total = 0.0, 1.0  # of the empty set
     mean, wrong = np.zeros(SUSPECT_COUNT), np.zeros(VALUE_COUNT)
@@ -157,12 +149,9 @@ def discard_common_scale(information: Array, pull: Array, variance: float) -> No
     """Remove the information on the common scale of all wheels from a likelihood, in place.
 
     At the start and end of a bend the joints show that scale, but a late reading and a compliant drive look
-    the same there; only absolute poses can separate them.
-
-    Args:
-        information: Inverse covariance of the slow states by the readings, shape `(11, 11)`.
-        pull: Product of `information` and their mean, shape `(11,)`.
-        variance: Variance of the apparent error of that scale.
+    the same there; only absolute poses can separate them. `information` `(11, 11)` is that on the slow states
+    by the readings, `pull` `(11,)` its product with their mean, `variance` that of the apparent error of the
+    scale.
     """
     product, inside, pulled = np.zeros(SLOW), 1.0 / variance, 0.0
     for wheel in range(4):
@@ -178,14 +167,9 @@ def discard_common_scale(information: Array, pull: Array, variance: float) -> No
 def size_likelihood(settings: FilterSettings, spread: Array, mean: Array) -> tuple[Array, Array, Array]:
     """Return the likelihood of the suspects' sizes.
 
-    Args:
-        settings: Settings of the filter.
-        spread: Covariance of the slow states without suspects, S, shape `(11, 11)`.
-        mean: Their mean, shape `(11,)`.
-
-    Returns:
-        What the sizes add to the mean, U P0 S `(17, 11)`; the information W on them `(17, 17)`; their pull
-        `(17,)`.
+    `spread` `(11, 11)` is the covariance S of the slow states without suspects, `mean` `(11,)` their mean.
+    Returned are what the sizes add to the mean, U P0 S `(17, 11)`; the information W on them `(17, 17)`; and
+    their pull `(17,)`.
     """
     carried = np.empty((SUSPECT_COUNT, SLOW))
     inside, pull = settings.suspect_precision.copy(), np.zeros(SUSPECT_COUNT)
@@ -205,8 +189,7 @@ def size_likelihood(settings: FilterSettings, spread: Array, mean: Array) -> tup
 def add_suspects(settings: FilterSettings, spread: Array, mean: Array) -> Array:
     """Add the suspects to covariance `(11, 11)` and mean `(11,)` of the slow states, in place.
 
-    Returns:
-        The probabilities that each of `prior.VALUE_NAMES` is wrong `(9,)`.
+    Returned are the probabilities that each of `prior.VALUE_NAMES` is wrong, `(9,)`.
     """
     carried, inside, pull = size_likelihood(settings, spread, mean)
     sizes, scatter, wrong = average_sets(settings, inside, pull)
@@ -226,9 +209,9 @@ def average_slow_states(
 ) -> tuple[Array, Array, Array, Array]:
     """Return the posterior of the slow states from an open filter and the prior.
 
-    Returns:
-        The inverse covariance of the open filter's slow states `(11, 11)`, their mean `(11,)` and covariance
-        `(11, 11)` with the prior, and the probabilities that each of `prior.VALUE_NAMES` is wrong `(9,)`.
+    It is the inverse covariance of the open filter's slow states `(11, 11)`, their mean `(11,)` and
+    covariance `(11, 11)` with the prior, and the probabilities that each of `prior.VALUE_NAMES` is wrong
+    `(9,)`.
     """
     information = opened.covariance[FAST:, FAST:].copy()
     invert(information)

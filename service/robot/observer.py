@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimate.motion.reading import LinkReader
+from omnimate.motion.drive import LinkReader
 from omnimate.vehicle.odometry import Odometer
 from omnimate.vehicle.parameters import WHEELS
 from omnimate.vehicle.se2 import wrap

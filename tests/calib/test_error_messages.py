@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.profiles import load_profiles, save_profile
-from omnimate.calib.umbmark.table import read_table
+from omnimate.calib.umbmark.experiment import read_table
 from omnimate.vehicle.parameters import Truck
 
 DATA = Path(__file__).parents[1] / "data" / "calib"

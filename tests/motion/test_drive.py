@@ -6,10 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from omnimate.motion.drive import Moment, drive
+from omnimate.motion.drive import LinkReader, Moment, drive
 from omnimate.motion.journal import Journal
 from omnimate.motion.paths import squares
-from omnimate.motion.reading import LinkReader
 from omnimate.motion.runner import Runner
 from omnimate.vehicle.odometry import Odometer
 from omnimate.vehicle.sample import Sample

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from omnimate.effects.crossing import cable_loss
+from omnimate.motion.drive import LinkReader
 from omnimate.motion.journal import Journal
 from omnimate.motion.paths import figure_eight, free, out_and_back, rounded_rectangle, squares, umbmark
 from omnimate.motion.program import LINE, Program, Row, rest
-from omnimate.motion.reading import LinkReader
 from omnimate.motion.runner import Runner
 from omnimate.vcan_sim.errors import EndStopError, SimulationError
 from omnimate.vcan_sim.floor import SMOOTH, Floor, bumps_under

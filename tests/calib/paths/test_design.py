@@ -12,9 +12,12 @@ from omnimate.calib.paths.design import (
     Space,
     assess,
     compare_designs,
+    counted_spin,
+    free_lap,
+    open_straight,
+    square,
     straights_and_spins,
 )
-from omnimate.calib.paths.design_paths import counted_spin, free_lap, open_straight, square
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.least_squares import calibrate_truck
 from omnimate.motion.paths import umbmark

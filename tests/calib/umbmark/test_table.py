@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from omnimate.calib.errors import ReturnTableError
-from omnimate.calib.umbmark.table import read_table
+from omnimate.calib.umbmark.experiment import read_table
 
 GOOD = """# measured on Tuesday
 direction,x_mm,y_mm,theta_deg

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.motion.records import Settings, State
-from omnimate.motion.stepping import update_poses
-from omnimate.motion.wheels import drive_truck, follow_like_car, keep_formation, stopped
+from omnimate.motion.stepping import drive_truck, follow_like_car, keep_formation, stopped, update_poses
 from omnimate.vehicle.arcs import advance
 from omnimate.vehicle.compiled import record
 from omnimate.vehicle.linkage import linkage_of
