@@ -23,9 +23,10 @@ from omnimate.service.jobs.process import running
 from omnimate.service.recording_zip import unpack
 from omnimate.service.store.tables import RecordingContentRow, RecordingFileRow, RecordingRow
 from omnimate.service.store.vehicles import require_name
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from omnimate.fleet.batch.files import Files
     from omnimate.ipec.tracker import Learned
@@ -211,6 +212,40 @@ def read_in_process(
     return cast("T", outcome["extracted"]), outcome["problems"]
 
 
+def find_unreadable(
+    root: Path, folders: Sequence[str], memory: int = MEMORY_LIMIT, timeout: float = READ_TIMEOUT
+) -> list[str]:
+    """Return why recordings in folders of `root` cannot be read, in words, for each of them.
+
+    One other process reads them all, one after the other, each within the timeout [s].
+
+    Raises:
+        InvalidValueError: reading a recording ends in an error of ours.
+        TooLargeError: a recording takes too much memory or time.
+    """
+    reading, end = "", 0.0
+
+    def go_on(message: dict[str, Any]) -> bool:
+        nonlocal reading, end
+        if message:
+            reading, end = message["doing"], time.monotonic() + timeout
+        return not reading or time.monotonic() < end
+
+    with running("recording", _read_all, str(root), folders, memory=memory, niceness=0) as process:
+        outcome = process.outcome(go_on)
+    if outcome is not None and "unreadable" in outcome:
+        return cast("list[str]", outcome["unreadable"])
+    if outcome is None:
+        why = f"this recording was not read within {timeout:g} s"
+    elif "died" in outcome:
+        why = f"this recording cannot be read: {outcome['died']}"
+    else:
+        why = outcome["error"]
+        if "limit" not in outcome:
+            raise InvalidValueError(reading, why)
+    raise TooLargeError(f"{reading}: {why}; cut it into shorter ones")
+
+
 def read_relative(root: str, folder: str, source: str) -> tuple[Recording, list[str]]:
     """Return the recording in a folder of `root`, where this process then works, and its log's problems.
 
@@ -230,3 +265,16 @@ def _read(
 ) -> dict[str, Any]:
     loaded, problems = read_relative(*recording)
     return {"extracted": extract(loaded), "problems": problems}
+
+
+def _read_all(
+    report_progress: Callable[[float, str], None], root: str, folders: Sequence[str]
+) -> dict[str, Any]:
+    unreadable = []
+    for number, folder in enumerate(folders):
+        report_progress(number / len(folders), folder)
+        try:
+            read_relative(root, folder, folder)
+        except OmnimateError as error:
+            unreadable.append(str(error))
+    return {"unreadable": unreadable}
