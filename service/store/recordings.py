@@ -6,6 +6,7 @@ They are read in a separate process, whose memory and time are limited.
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import secrets
 import tempfile
@@ -39,6 +40,8 @@ MEMORY_LIMIT = 2_000_000_000  # [bytes]; 5 million frames take half of it
 MAX_PROBLEMS = 20  # of a log that are kept
 MAX_PROBLEM_LENGTH = 300  # characters
 READ_TIMEOUT = 120.0  # [s]; 5 million frames take 4 s
+CHECK_PERIOD = 5.0  # [s]: whoever may ask whether the service is ready must not keep the disk busy
+CHECK_SIZE = 4096  # [bytes], a block of most file systems
 T = TypeVar("T")
 
 
@@ -84,6 +87,7 @@ class RecordingStore:
     def __init__(self, database: Database, root: str, limit: int) -> None:
         self._database, self._limit = database, limit
         self._files = open_files(f"{root.rstrip('/')}/{FOLDER}")
+        self._checked = -math.inf  # time of the last success of `check`
 
     def add(self, name: str, content: bytes, summary: dict[str, Any]) -> RecordingRow:
         """Write a recording's zip; return the row, which the caller adds to the database."""
@@ -134,6 +138,26 @@ class RecordingStore:
     def delete(self, recording_id: str) -> None:
         """Delete the file of a recording whose row is deleted."""
         self._files.delete(f"{recording_id}.zip")
+
+    def check(self) -> None:
+        """Check that a recording could be stored, by the writes of an upload; a success holds `CHECK_PERIOD`.
+
+        Raises:
+            SQLAlchemyError: the database cannot be written.
+            OSError: no file can be written, on a full disk for instance.
+        """
+        if time.monotonic() < self._checked + CHECK_PERIOD:
+            return
+        probe = secrets.token_hex(8)
+        with self._database.writing() as db:
+            db.add(RecordingFileRow(id=probe, created=time.time()))
+        try:
+            self._files.write(f"{probe}.zip", bytes(CHECK_SIZE))
+            self.delete(probe)
+        finally:
+            with self._database.writing() as db:
+                db.execute(delete(RecordingFileRow).where(RecordingFileRow.id == probe))
+        self._checked = time.monotonic()
 
     def delete_orphans(self, now: float) -> None:
         """Delete files that for a day have had no recording, since the service died between both writes.
