@@ -144,12 +144,28 @@ def test_a_change_is_made_whole_or_not_at_all(database_url):
         ("sqlite:////no/such/folder/x.db", "cannot be opened"),
         ("mysql://root@localhost/x", "of another kind"),
         ("nonsense", "no URL"),
+        ("sqlite://", "in memory"),
+        ("sqlite:///:memory:", "in memory"),
+        (f"sqlite:///{__file__}", "cannot be opened: file is not a database"),
         ("postgresql+psycopg://nobody@127.0.0.1:1/x", "cannot be opened"),
     ],
 )
 def test_a_database_that_cannot_be_used_says_why(url, words):
     with pytest.raises(DatabaseError, match=words):
         Database(url)
+
+
+def test_a_database_of_a_newer_version_is_refused_and_left_as_it_is(tmp_path):
+    url = f"sqlite:///{tmp_path}/newer.db"
+    Database(url).close()
+    engine = sqlalchemy.create_engine(url)
+    with engine.begin() as connection:
+        connection.execute(sqlalchemy.text("update alembic_version set version_num = '9999'"))
+    with pytest.raises(DatabaseError, match="newer version of omnimate; expected that version, or a backup"):
+        Database(url)
+    with engine.connect() as connection:
+        assert connection.scalar(sqlalchemy.text("select version_num from alembic_version")) == "9999"
+    engine.dispose()
 
 
 def test_calls_one_after_the_other_use_one_connection_however_many_are_open(database):
