@@ -254,7 +254,7 @@ def _require_receiver(url: str) -> str:
     """Return a URL to which a message can be sent."""
     try:
         parts = urlsplit(url)
-        is_possible = bool(parts.hostname) and parts.port != 0 and url.isascii()
+        is_possible = bool(parts.hostname) and parts.port != 0 and url.isascii() and url.isprintable()
     except ValueError:  # brackets without an IPv6 address between them, or no such port
         is_possible = False
     if not is_possible:

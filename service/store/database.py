@@ -107,7 +107,12 @@ def _engine(url: str) -> tuple[str, Engine]:
             raise DatabaseError(shown, "in memory, where each connection has another one")
         # Last in, first out: few connections cache pages and statements.
         engine = create_engine(
-            parsed, poolclass=QueuePool, pool_size=POOLED, max_overflow=40, pool_use_lifo=True
+            parsed,
+            poolclass=QueuePool,
+            pool_size=POOLED,
+            max_overflow=40,
+            pool_use_lifo=True,
+            hide_parameters=True,  # secrets of webhooks are among them, and errors are logged
         )
     except ArgumentError as error:
         raise DatabaseError("(as given)", f"no URL: {error}") from error

@@ -359,6 +359,7 @@ def test_webhooks_are_made_listed_and_removed_and_show_their_secret_once(client)
         ("http://[::1/", 422),
         ("http://:80/", 422),
         ("http://fleet.example/\u00e9", 422),
+        ("http://fleet.example/\0", 422),
         ("http://user:hunter2@fleet.example/", 422),
     ],
 )
