@@ -224,7 +224,7 @@ def _make_server(
             for server in self.servers:
                 for bound in server.sockets:
                     host, port = bound.getsockname()[:2]
-                    announce(f"http://{host}:{port}")
+                    announce(f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}")
 
         async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
             components.stop()
