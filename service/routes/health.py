@@ -37,7 +37,9 @@ def get_readiness(request: Request) -> Health:
     try:
         components.recordings.check()
     except SQLAlchemyError as error:
-        raise UnavailableError("the database cannot be written; its disk may be full") from error
+        raise UnavailableError(
+            "the database cannot be written; its disk may be full, or another program may lock it"
+        ) from error
     except OSError as error:
         raise UnavailableError(f"recordings cannot be written to --fleets: {error.strerror}") from error
     status = components.robot.status
