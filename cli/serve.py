@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import logging
+import socket
 import sys
 import time
 from importlib.util import find_spec
@@ -18,7 +20,6 @@ from omnimate.cli.errors import CallError
 from omnimate.cli.tables import new_table, show
 
 if TYPE_CHECKING:
-    import socket
     from collections.abc import Callable
 
     import uvicorn
@@ -137,6 +138,9 @@ def serve(
         factsheet=factsheet,
         flight_recorder=flight_recorder,
     )
+    if (jobs > 1 or scheduler is not None) and find_spec("distributed") is None:
+        asked = f"--jobs {jobs}" if scheduler is None else "--scheduler"
+        raise CallError(f"{asked} needs Dask: pip install 'omnimate[cluster]', or leave {asked} out")
     _listen(settings, as_json=log_format == "json")
 
 
@@ -174,6 +178,7 @@ def _listen(settings: Settings, *, as_json: bool) -> None:
                     f"{settings.host} can be reached from outside: make a key first (omnimate key add NAME "
                     f"--role operate --database {settings.database}), or listen on 127.0.0.1"
                 )
+    sockets = _sockets(settings.host, settings.port)  # before the robot is touched
     config = uvicorn.Config(
         create_app(components),
         settings.host,
@@ -187,7 +192,24 @@ def _listen(settings: Settings, *, as_json: bool) -> None:
     gc.set_threshold(*GC_THRESHOLDS)
     return_freed_memory()
     announce = logging.getLogger(__name__).info if as_json else say
-    _make_server(config, announce, components).run()
+    _make_server(config, announce, components).run(sockets)
+
+
+def _sockets(host: str, port: int) -> list[socket.socket]:
+    """Return sockets that listen at all addresses of a host; CallError where one of them cannot."""
+    try:
+        addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        return [socket.create_server(address, family=family) for family, *_, address in addresses]
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            raise CallError(
+                f"port {port} of {host} is in use, perhaps by another omnimate serve: end that program, or "
+                "choose another --port (0 takes a free one)"
+            ) from error
+        raise CallError(
+            f"cannot listen at {host}, port {port}: {error.strerror}; expected an address of this machine in "
+            "--host, and in --port a port that this user may open"
+        ) from error
 
 
 def _make_server(
@@ -202,7 +224,7 @@ def _make_server(
             for server in self.servers:
                 for bound in server.sockets:
                     host, port = bound.getsockname()[:2]
-                    announce(f"http://{host}:{port}")
+                    announce(f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}")
 
         async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
             components.stop()

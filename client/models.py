@@ -295,6 +295,7 @@ class FleetRobot(TypedDict):
     Attributes:
         says: The finding as a sentence, of a robot that is faulty (`sick`) or drifts.
         change: The likeliest change, also of a robot that is fine.
+        asked: The mismatch that triage repeats, where `says` names it.
     """
 
     robot: str
@@ -302,6 +303,7 @@ class FleetRobot(TypedDict):
     state: Literal["fine", "drift", "sick", "unjudged"]
     says: str | None
     change: Change | None
+    asked: RobotAsked | None
 
 
 class FleetStart(TypedDict):

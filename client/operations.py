@@ -846,7 +846,7 @@ class HealthOperations:
         return answer
 
     def get_readiness(self) -> Health:
-        """Return ok if the database answers, the bus is read, and every encoder sends its heartbeat."""
+        """Return ok if the database and files can be written, the bus is read, and no encoder is lost."""
         answer: Health = self._transport.json("GET", "/readyz")
         return answer
 

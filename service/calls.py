@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 from fastapi import Depends, Header, Request
 from fastapi.responses import Response
 from pydantic import BaseModel
-from sqlalchemy.exc import IntegrityError
+from sqlalchemy.exc import IntegrityError, SQLAlchemyError
 from starlette.concurrency import run_in_threadpool
 
 from omnimate.service.access import REMEMBERED_TIME, Caller
-from omnimate.service.errors import ForbiddenError, StateError
+from omnimate.service.errors import AuthenticationError, ForbiddenError, StateError
 from omnimate.service.store.tables import AnswerRow
 
 if TYPE_CHECKING:
@@ -102,6 +102,17 @@ class Call:
     caller: Caller
     key: str | None  # Idempotency-Key
     name: str  # method, path and query; a hash where that is long
+    authorization: str | None = None  # its header
+
+    def is_still_allowed(self) -> bool:
+        """Return whether the key of the caller is valid now; also where the database does not answer."""
+        try:
+            self.components.callers.identify(self.components.database, self.authorization)
+        except AuthenticationError:
+            return False
+        except SQLAlchemyError:
+            pass  # the key was valid before
+        return True
 
     def change(self, body: BaseModel | bytes | None, act: Callable[[Session], Answer]) -> Response:
         """Carry out a change in one transaction; with an Idempotency-Key, once only, as `act_once`."""
@@ -149,7 +160,8 @@ async def _call(request: Request, authorization: str | None, age: float) -> Call
     if caller is None:
         caller = await run_in_threadpool(components.callers.identify, components.database, authorization)
     query = f"?{request.url.query}" if request.url.query else ""
-    return Call(components, caller, None, storable(f"{request.method} {request.url.path}{query}"))
+    name = storable(f"{request.method} {request.url.path}{query}")
+    return Call(components, caller, None, name, authorization)
 
 
 async def _operating(

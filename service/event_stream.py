@@ -10,7 +10,7 @@ import threading
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncGenerator, Callable
 
 _log = logging.getLogger(__name__)
 QUEUED_EVENTS = 200  # that a slow client may be behind; older ones are dropped
@@ -93,7 +93,7 @@ class EventStream:
                 client.get_nowait()
             client.put_nowait(event)
 
-    async def listen(self) -> AsyncIterator[bytes]:
+    async def listen(self) -> AsyncGenerator[bytes]:
         """Yield events as server-sent events until the stream is closed."""
         events: asyncio.Queue[bytes | None] = asyncio.Queue(QUEUED_EVENTS)
         for event in self._last.values():

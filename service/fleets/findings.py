@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from datetime import date
 from typing import TYPE_CHECKING
 
 from sqlalchemy import select
@@ -24,11 +25,14 @@ if TYPE_CHECKING:
 
     from omnimate.fleet.report import DailyReport
 
+MAX_UNJUDGED_DAYS = 30  # after which the finding of a robot or floor that is no longer in use is closed
+
 
 def note_findings(db: Session, fleet: str, report: DailyReport) -> None:
     """Open, prolong and close findings by a daily report; nothing where a later one was noted before.
 
-    A report closes only findings of robots and floors that it judges: of the others it says nothing.
+    A report closes findings of robots and floors that it judges: of the others it says nothing, and their
+    findings are closed when no report has judged them for `MAX_UNJUDGED_DAYS`.
     """
     row = find_row(db, FleetRow, fleet, for_change=True)
     if row.night is not None and report.day < row.night:
@@ -44,7 +48,11 @@ def note_findings(db: Session, fleet: str, report: DailyReport) -> None:
         opened.remove(known)
         known.says, known.last, known.changed = named.says, report.day, time.time()
         known.x, known.y = named.x, named.y
-    for gone in [finding for finding in opened if _is_judged(report, finding)]:
+    for gone in opened:
+        if not _is_judged(report, gone):
+            if _days_between(gone.last, report.day) < MAX_UNJUDGED_DAYS:
+                continue
+            gone.says += f"; closed, as no report has judged it for {MAX_UNJUDGED_DAYS} days"
         gone.state, gone.changed = "closed", time.time()
         _queue_messages(db, "finding.closed", gone, report.day)
 
@@ -79,6 +87,10 @@ def _is_judged(report: DailyReport, finding: FindingRow) -> bool:
     if finding.kind == "robot":
         return any(change.robot == finding.robot for change in report.changes)
     return any(summary.floor == finding.floor for summary in report.floors)
+
+
+def _days_between(first: str, last: str) -> int:
+    return (date.fromisoformat(last) - date.fromisoformat(first)).days
 
 
 def _are_same(finding: FindingRow, named: FindingRow) -> bool:

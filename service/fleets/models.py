@@ -122,6 +122,15 @@ class Change(RowModel):
     share: float = Field(description="Probability of this number, given a change.")
 
 
+class RobotAsked(RowModel):
+    """A robot for which triage repeats the same mismatch."""
+
+    robot: str
+    effect: str
+    component: str
+    since: str
+
+
 class FleetRobot(RowModel):
     """A robot of a fleet, as of a daily report."""
 
@@ -132,6 +141,7 @@ class FleetRobot(RowModel):
         description="The finding as a sentence, of a robot that is faulty (`sick`) or drifts."
     )
     change: Change | None = Field(description="The likeliest change, also of a robot that is fine.")
+    asked: RobotAsked | None = Field(description="The mismatch that triage repeats, where `says` names it.")
 
 
 class Place(RowModel):
@@ -147,15 +157,6 @@ class Place(RowModel):
     size: Numbers = Field(description="Part of the travel lost, or creep along x and y per metre.")
     per_crossing: float = Field(description="[m]")
     crossings: int
-
-
-class RobotAsked(RowModel):
-    """A robot for which triage repeats the same mismatch."""
-
-    robot: str
-    effect: str
-    component: str
-    since: str
 
 
 class RecordingFailed(BaseModel):
@@ -253,7 +254,7 @@ def _require_receiver(url: str) -> str:
     """Return a URL to which a message can be sent."""
     try:
         parts = urlsplit(url)
-        is_possible = bool(parts.hostname) and parts.port != 0 and url.isascii()
+        is_possible = bool(parts.hostname) and parts.port != 0 and url.isascii() and url.isprintable()
     except ValueError:  # brackets without an IPv6 address between them, or no such port
         is_possible = False
     if not is_possible:

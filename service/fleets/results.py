@@ -134,7 +134,7 @@ def _recording(day: str, columns: dict[str, Any]) -> models.FleetRecording:
 
 
 def _unjudged(robot: str) -> models.FleetRobot:
-    return models.FleetRobot(robot=robot, kind=None, state="unjudged", says=None, change=None)
+    return models.FleetRobot(robot=robot, kind=None, state="unjudged", says=None, change=None, asked=None)
 
 
 def _robot_view(judged: JudgedRobot) -> models.FleetRobot:
@@ -143,4 +143,6 @@ def _robot_view(judged: JudgedRobot) -> models.FleetRobot:
         says = describe_mismatch(judged.repeated)
     elif judged.state != "fine":
         says = describe_change(change)
-    return models.FleetRobot.of(judged, robot=change.robot, kind=change.kind, says=says)
+    return models.FleetRobot.of(
+        judged, robot=change.robot, kind=change.kind, says=says, asked=judged.repeated
+    )

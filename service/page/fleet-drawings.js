@@ -1,15 +1,13 @@
 // The floor of a fleet with its bad places, and a robot's number day by day.
 
 import { svg } from "./dom.js";
+import { NAMES, NORMAL, placeSays, shownIn } from "./fleet-words.js";
 import { t } from "./language.js";
 import { mm, niceStep, number } from "./units.js";
 
 const TWO_SIGMA = 2.448; // of an ellipse that holds a place with 95 %: the square root of chi-square's, 2 degrees
 const SHADES = 4; // of cells by how often they were driven over
-const NORMAL = 1.96; // of an interval that holds 95 %
 const DAY = 86400000; // [ms]
-export const NAMES = { "left wheel": t("left wheel"), "right wheel": t("right wheel"), wheelbase: t("wheelbase") };
-const UNITS = { 1: [100, "%"], rad: [180 / Math.PI, "°"] };
 
 /** The floor [m]: where robots drove, and its bad places with the ellipse that holds each with 95 %. */
 export function floorMap({ cell, driven, places }) {
@@ -23,7 +21,7 @@ export function floorMap({ cell, driven, places }) {
     shades[shade].push(`M${x - cell / 2} ${-y - cell / 2}h${cell}v${cell}h${-cell}z`);
   }
   const step = niceStep((right - left) / 3);
-  const words = places.map(({ says }) => says).join("; ") || t("no bad place");
+  const words = places.map(placeSays).join("; ") || t("no bad place");
   const letter = (right - left) / 42;
   return svg("svg", { viewBox: `${left} ${-top} ${right - left} ${top - bottom}`, role: "img", "aria-label": t("The floor: {places}", { places: words }), "data-testid": "floor-map" },
     shades.map((paths, shade) => svg("path", { class: `driven shade${shade}`, d: paths.join("") })),
@@ -39,13 +37,14 @@ function scale(left, bottom, step, letter) {
     svg("text", { x: x + step + letter / 2, y: y + letter / 3, "font-size": letter }, `${number(step)} m`));
 }
 
-function placeMark({ effect, x, y, reach, covariance, size, per_crossing: way, says }, letter, index) {
+function placeMark(place, letter, index) {
+  const { effect, x, y, reach, covariance, size, per_crossing: way } = place;
   const [[xx, xy], [, yy]] = covariance;
   const [mean, half] = [(xx + yy) / 2, Math.hypot((xx - yy) / 2, xy)];
   const angle = (Math.atan2(2 * xy, xx - yy) / 2) * (180 / Math.PI);
   const tip = effect === "creep" ? [(1.6 * reach * size[0]) / Math.hypot(...size), (1.6 * reach * size[1]) / Math.hypot(...size)] : null;
   return svg("g", { class: `place ${effect}`, "data-testid": `place-${index}` },
-    svg("title", {}, says),
+    svg("title", {}, placeSays(place)),
     svg("circle", { cx: x, cy: -y, r: reach }),
     svg("ellipse", { cx: x, cy: -y, rx: TWO_SIGMA * Math.sqrt(mean + half), ry: TWO_SIGMA * Math.sqrt(Math.max(0, mean - half)), transform: `rotate(${-angle} ${x} ${-y})`, "stroke-width": letter / 9 }),
     tip ? svg("path", { class: "creep-arrow", d: arrow(x, y, tip), "stroke-width": letter / 5 }) : null,
@@ -61,7 +60,7 @@ const BOX = { width: 460, height: 200, left: 52, right: 10, top: 10, bottom: 26 
 
 /** A robot's number day by day with its 95 % intervals; `since` is the date since which it changed, or null. */
 export function historyPlot({ name, unit, days, value, sigma }, since) {
-  const [factor, word] = UNITS[unit];
+  const [factor, word] = shownIn(unit);
   const times = days.map((day) => Date.parse(day) / DAY);
   const points = value.map((each, index) => [times[index], factor * each, NORMAL * factor * sigma[index]]);
   const first = times[0];

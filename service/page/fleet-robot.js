@@ -3,8 +3,9 @@
 import { call, get } from "./api.js";
 import { VERDICTS } from "./diagnoses.js";
 import { $, attempt, el, pages, row, say, show } from "./dom.js";
-import { address, sentence, STATES } from "./fleet.js";
-import { historyPlot, NAMES } from "./fleet-drawings.js";
+import { address, STATES } from "./fleet.js";
+import { historyPlot } from "./fleet-drawings.js";
+import { NAMES, robotSays } from "./fleet-words.js";
 import { t } from "./language.js";
 import { showReport } from "./report-dialog.js";
 import { number } from "./units.js";
@@ -29,7 +30,7 @@ export async function openFleetRobot(fleet, robot) {
     say($("fleet-robot-message"));
     $("fleet-robot-state").textContent = STATES[about.state];
     $("fleet-robot-state").className = `chip ${about.state}`;
-    $("fleet-robot-says").textContent = about.says ? sentence(about.says, robot) : about.kind ?? "";
+    $("fleet-robot-says").textContent = robotSays(about) || (about.kind ?? "");
     const since = about.state === "fine" ? null : about.change;
     $("fleet-history").replaceChildren(...courses.map((course) => el("figure", {}, historyPlot(course, since?.name === course.name ? since.since : null), el("figcaption", {}, NAMES[course.name] ?? course.name))));
     if (!courses.length) $("fleet-history").replaceChildren(el("p", { class: "soft" }, t("No daily report judges this robot yet.")));

@@ -4,6 +4,7 @@ import { call, get, post } from "./api.js";
 import { JOB_STATES } from "./diagnoses.js";
 import { $, actionButton, announce, attempt, el, pages, say, show } from "./dom.js";
 import { floorMap } from "./fleet-drawings.js";
+import { placeSays, robotSays } from "./fleet-words.js";
 import { t } from "./language.js";
 import { on } from "./stream.js";
 import { attempts, recordingsCount, when } from "./units.js";
@@ -69,7 +70,7 @@ async function showFleet() {
   if (about.night === null) return;
   const [robots, night, floor] = await Promise.all([allRobots(), get(address(fleet, "nights", "latest")), get(address(fleet, "nights", "latest", "floor"))]);
   $("robot-dots").replaceChildren(...robots.map(dot));
-  const named = robots.filter(({ says }) => says).sort((a, b) => Object.keys(STATES).indexOf(a.state) - Object.keys(STATES).indexOf(b.state));
+  const named = robots.filter(robotSays).sort((a, b) => Object.keys(STATES).indexOf(a.state) - Object.keys(STATES).indexOf(b.state));
   $("robot-findings").replaceChildren(...named.map(findingItem), ...night.failed.map(failedItem));
   $("no-findings").hidden = named.length > 0 || night.failed.length > 0;
   $("no-findings").textContent = night.judged ? t("No robot stands out.") : t("Robots are judged from three days on.");
@@ -82,7 +83,7 @@ async function showFleet() {
 function showFloor(floor) {
   $("fleet-floor-name").value = floor.floor;
   $("fleet-map").replaceChildren(floorMap(floor));
-  $("fleet-places").replaceChildren(...floor.places.map(({ effect, says }) => el("li", {}, el("p", {}, el("i", { class: `shape ${effect}place`, "aria-hidden": "true" }), ` ${says}`))));
+  $("fleet-places").replaceChildren(...floor.places.map((place) => el("li", {}, el("p", {}, el("i", { class: `shape ${place.effect}place`, "aria-hidden": "true" }), ` ${placeSays(place)}`))));
 }
 
 async function allRobots() {
@@ -95,19 +96,17 @@ async function allRobots() {
   return robots;
 }
 
-/** A finding as a sentence, under the robot's name. */
-export const sentence = (says, robot) => says.replace(`${robot}: `, "").replaceAll("+-", "±").replaceAll(/(^| )-(?=\d)/g, "$1−");
-
 const link = (robot) => `#fleet/${encodeURIComponent(fleet)}/${encodeURIComponent(robot)}`;
 
 function dot({ robot, state }) {
   return el("li", {}, el("a", { href: link(robot), class: state, title: `${robot}: ${STATES[state]}`, "data-testid": `dot-${robot}` }, el("span", { class: "unseen" }, `${robot}: ${STATES[state]}`)));
 }
 
-function findingItem({ robot, state, says }) {
+function findingItem(about) {
+  const { robot, state } = about;
   return el("li", { "data-testid": `finding-${robot}` },
     el("p", {}, el("span", { class: `chip ${state}` }, STATES[state]), " ", el("a", { href: link(robot) }, robot)),
-    el("p", { class: "says" }, sentence(says, robot)));
+    el("p", { class: "says" }, robotSays(about)));
 }
 
 function failedItem({ robot, recording, problem }) {

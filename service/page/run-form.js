@@ -71,8 +71,8 @@ function showCalculated() {
 }
 
 async function add() {
-  const missing = [...$("sample").querySelectorAll("input[type=number]:not([data-where$=theta])")]
-    .find((field) => field.checkVisibility() && !Number.isFinite(read(field) ?? NaN));
+  const missing = [...$("sample").querySelectorAll("input[inputmode=decimal]")]
+    .find((field) => field.checkVisibility() && !Number.isFinite(read(field) ?? (field.dataset.where.endsWith("theta") ? 0 : NaN)));
   if (missing) {
     missing.setAttribute("aria-invalid", "true");
     missing.focus();
@@ -107,6 +107,6 @@ function fields(prefix, names) {
 }
 
 function field(where, label, unit, value = null) {
-  const input = el("input", { type: "number", step: "any", autocomplete: "off", "data-where": where, "data-testid": where, "data-label": `${SECTIONS[where.split(".")[0]]}, ${label}`, value });
+  const input = el("input", { inputmode: "decimal", autocomplete: "off", "data-where": where, "data-testid": where, "data-label": `${SECTIONS[where.split(".")[0]]}, ${label}`, value });
   return el("label", {}, label, el("span", { class: "unit", "data-unit": unit }, input));
 }

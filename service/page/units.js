@@ -57,7 +57,13 @@ export function niceStep(most) {
 /** -pi to pi. */
 export const wrap = (angle) => Math.atan2(Math.sin(angle), Math.cos(angle));
 
-/** The value of a number field, or null where it is empty. */
+const SEPARATOR = new Intl.NumberFormat(locale).formatToParts(0.5).find(({ type }) => type === "decimal").value;
+
+/** A number as it is typed into a field. A field of the type "number" has the separator of the browser's own language, not the page's. */
+export const typed = (value) => String(value).replace(".", SEPARATOR);
+
+/** The number that is typed into a field, with the page's separator or a point; null where it is empty, NaN where it is none. */
 export function read(field) {
-  return field.value.trim() === "" ? null : Number(field.value);
+  const text = field.value.trim();
+  return text === "" ? null : Number(text.replace(SEPARATOR, ".").replace("−", "-"));
 }

@@ -3,7 +3,7 @@
 import { call, get } from "./api.js";
 import { $, announce, attempt, el, say } from "./dom.js";
 import { t } from "./language.js";
-import { metres, read } from "./units.js";
+import { metres, read, typed } from "./units.js";
 import { differenceTable, sizesOf } from "./vehicle-sizes.js";
 
 const DIAMETER = [5, 3000];
@@ -20,15 +20,15 @@ export function setUpVehicleForm(refresh) {
   $("edit-reset").addEventListener("click", () => showVehicleForm(vehicle));
 }
 
-/** Fill the form with a version; `typed` are values [mm] by field that a person has typed and that stay. */
-export function showVehicleForm(newest, typed = {}) {
+/** Fill the form with a version; `drafts` are the texts of fields, by id, that a person has typed and that stay. */
+export function showVehicleForm(newest, drafts = {}) {
   vehicle = newest;
   say($("edit-message"));
   fields = sizesOf(vehicle).map((size) => {
     const id = `edit-${size.table}-${size.key}`.replaceAll(/[._]/g, "-");
     const shown = Number((1000 * size.value).toFixed(4));
     const input = el("input", {
-      id, type: "number", step: "any", value: typed[id] ?? shown, required: true, "aria-describedby": `${id}-message`, "data-where": `${size.table}.${size.key}`, oninput: check,
+      id, inputmode: "decimal", autocomplete: "off", value: drafts[id] ?? typed(shown), required: true, "aria-describedby": `${id}-message`, "data-where": `${size.table}.${size.key}`, oninput: check,
     });
     return { ...size, id, shown, input, message: el("small", { id: `${id}-message`, class: "message", "aria-live": "polite" }) };
   });
@@ -73,10 +73,10 @@ async function send(refresh) {
     await call("PUT", address, { body, type: "application/toml", headers: { "If-Match": `"${version}"` } });
   } catch (problem) {
     if (problem.status !== 412) throw problem;
-    const typed = Object.fromEntries(changes.map(({ id, input }) => [id, input.value]));
+    const drafts = Object.fromEntries(changes.map(({ id, input }) => [id, input.value]));
     const newest = await get(address);
     await refresh(name);
-    showVehicleForm(newest, typed);
+    showVehicleForm(newest, drafts);
     throw new Error(t("Somebody else changed the vehicle meanwhile: version {version} is shown now. What you typed is still in the form; look at the difference, then save again.", newest));
   }
   await refresh(name);

@@ -3,7 +3,7 @@
 import { call, get, list, saveBlob } from "./api.js";
 import { $, attempt, el, row, say, show } from "./dom.js";
 import { t } from "./language.js";
-import { mm, when } from "./units.js";
+import { mm, read, when } from "./units.js";
 import { setUpVehicleForm, showVehicleForm } from "./vehicle-edit.js";
 import { differenceTable, SIZES, sizesOf } from "./vehicle-sizes.js";
 
@@ -94,7 +94,7 @@ function compare() {
 async function showExport() {
   const format = $("export-format").value;
   $("wheel-width-row").hidden = format !== "vda5050";
-  const width = format === "vda5050" ? `?wheel_width=${Number($("wheel-width").value) / 1000}` : "";
+  const width = format === "vda5050" ? `?wheel_width=${read($("wheel-width")) / 1000}` : "";
   try {
     const answer = await call("GET", address($("vehicle-name").value, "exports", format) + width);
     $("export-text").textContent = await answer.text();

@@ -28,12 +28,20 @@ async def get_health() -> Health:
 
 @router.get("/readyz", responses=documented(503))
 def get_readiness(request: Request) -> Health:
-    """Return ok if the database answers, the bus is read, and every encoder sends its heartbeat."""
+    """Return ok if the database and files can be written, the bus is read, and no encoder is lost."""
     components: Components = request.app.state.components
     try:
         components.database.check()
     except SQLAlchemyError as error:
         raise UnavailableError("the database does not answer") from error
+    try:
+        components.recordings.check()
+    except SQLAlchemyError as error:
+        raise UnavailableError(
+            "the database cannot be written; its disk may be full, or another program may lock it"
+        ) from error
+    except OSError as error:
+        raise UnavailableError(f"recordings cannot be written to --fleets: {error.strerror}") from error
     status = components.robot.status
     if status.problem is not None:
         raise UnavailableError(f"the bus is not read: {status.problem}")

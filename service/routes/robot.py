@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import queue
-from collections.abc import Iterator
+import time
+from collections.abc import AsyncGenerator, AsyncIterator, Iterator
+from contextlib import aclosing
 from dataclasses import asdict
 from functools import lru_cache
 from typing import Annotated, Any, Literal
@@ -13,8 +16,7 @@ from fastapi.responses import PlainTextResponse, Response, StreamingResponse
 from pydantic import BaseModel
 
 from omnimate.driver.robot.report import DriverReport
-from omnimate.service.calls import Reading, Stopping
-from omnimate.service.components import Components
+from omnimate.service.calls import Call, Reading, Stopping
 from omnimate.service.robot.faults import open_rmf, vda5050
 from omnimate.service.robot.observer import nodes_event
 from omnimate.service.routes.common import ALWAYS, Done
@@ -23,6 +25,7 @@ router = APIRouter(prefix="/v1", tags=["robot"], responses=ALWAYS)
 EVENT_STREAM: dict[int | str, dict[str, Any]] = {
     200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}}
 }
+KEY_PERIOD = 5.0  # [s] after which a stream looks up its key again
 SILENCE = 0.5  # [s] without a frame after which it is checked whether the bus is still read
 
 
@@ -74,10 +77,24 @@ async def stop_robot(call: Stopping) -> Done:
 async def stream_robot(call: Reading) -> StreamingResponse:
     """Stream the robot's state, its nodes, and changes of sessions and diagnoses, as server-sent events."""
     return StreamingResponse(
-        call.components.events.listen(),
+        _while_allowed(call, call.components.events.listen()),
         media_type="text/event-stream",
         headers={"Cache-Control": "no-cache", "X-Accel-Buffering": "no"},
     )
+
+
+async def _while_allowed(call: Call, events: AsyncGenerator[bytes]) -> AsyncIterator[bytes]:
+    """Yield events until the caller's key is revoked; they do not wait for the database that says so."""
+    checked, check = time.monotonic(), None
+    async with aclosing(events):
+        async for event in events:
+            yield event
+            if check is None and time.monotonic() > checked + KEY_PERIOD:
+                check = asyncio.create_task(asyncio.to_thread(call.is_still_allowed))
+            elif check is not None and check.done():
+                if not check.result():
+                    return
+                checked, check = time.monotonic(), None
 
 
 @router.get("/robot/errors")
@@ -124,13 +141,18 @@ def stream_frames(
     ] = None,
 ) -> StreamingResponse:
     """Stream the frames of the bus as `candump -L` prints them. The stream ends after `count` frames."""
-    return StreamingResponse(_lines(call.components, count), media_type="text/plain")
+    return StreamingResponse(_lines(call, count), media_type="text/plain")
 
 
-def _lines(components: Components, count: int | None) -> Iterator[str]:
+def _lines(call: Call, count: int | None) -> Iterator[str]:
+    components = call.components
     with components.robot.lines.reader() as reader:
-        sent = 0
+        sent, checked = 0, time.monotonic()
         while count is None or sent < count:
+            if time.monotonic() > checked + KEY_PERIOD:
+                if not call.is_still_allowed():
+                    return
+                checked = time.monotonic()
             try:
                 yield reader.get(timeout=SILENCE) + "\n"
                 sent += 1

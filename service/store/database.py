@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from alembic import command
 from alembic.config import Config
+from alembic.util import CommandError
 from sqlalchemy import create_engine, event, make_url, text
-from sqlalchemy.exc import ArgumentError, DisconnectionError, OperationalError
+from sqlalchemy.exc import ArgumentError, DBAPIError, DisconnectionError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import QueuePool
 
@@ -35,10 +36,13 @@ MIGRATION_LOCK = 0x6F6D6E69  # number of the lock under which PostgreSQL's table
 class DatabaseError(ServiceError):
     """A database that cannot be used; its URL is without the password."""
 
-    def __init__(self, url: str, problem: str) -> None:
-        super().__init__(
-            f"database {url}: {problem}; expected sqlite:///file.db or postgresql+psycopg://user@host/name"
-        )
+    def __init__(
+        self,
+        url: str,
+        problem: str,
+        expected: str = "sqlite:///file.db or postgresql+psycopg://user@host/name",
+    ) -> None:
+        super().__init__(f"database {url}: {problem}; expected {expected}")
         self.url = url
 
 
@@ -60,8 +64,14 @@ class Database:
         try:
             with self.engine.execution_options(immediate=True).begin() as connection:
                 _migrate(connection)
-        except OperationalError as error:
+        except DBAPIError as error:  # also of a file that is no database
             raise DatabaseError(shown, f"cannot be opened: {error.orig}") from error
+        except CommandError as error:  # its revision is unknown here
+            raise DatabaseError(
+                shown,
+                "it was made or changed by a newer version of omnimate",
+                "that version, or a backup from before it",
+            ) from error
 
     def reading(self) -> Session:
         """Return a session for reading, which ends with its block."""
@@ -93,9 +103,16 @@ def _engine(url: str) -> tuple[str, Engine]:
         shown = parsed.render_as_string(hide_password=True)
         if parsed.get_backend_name() not in {"sqlite", "postgresql"}:
             raise DatabaseError(shown, "of another kind")
+        if parsed.get_backend_name() == "sqlite" and parsed.database in {None, "", ":memory:"}:
+            raise DatabaseError(shown, "in memory, where each connection has another one")
         # Last in, first out: few connections cache pages and statements.
         engine = create_engine(
-            parsed, poolclass=QueuePool, pool_size=POOLED, max_overflow=40, pool_use_lifo=True
+            parsed,
+            poolclass=QueuePool,
+            pool_size=POOLED,
+            max_overflow=40,
+            pool_use_lifo=True,
+            hide_parameters=True,  # secrets of webhooks are among them, and errors are logged
         )
     except ArgumentError as error:
         raise DatabaseError("(as given)", f"no URL: {error}") from error

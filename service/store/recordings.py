@@ -6,6 +6,7 @@ They are read in a separate process, whose memory and time are limited.
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import secrets
 import tempfile
@@ -23,9 +24,10 @@ from omnimate.service.jobs.process import running
 from omnimate.service.recording_zip import unpack
 from omnimate.service.store.tables import RecordingContentRow, RecordingFileRow, RecordingRow
 from omnimate.service.store.vehicles import require_name
+from omnimate.vehicle.errors import OmnimateError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from omnimate.fleet.batch.files import Files
     from omnimate.ipec.tracker import Learned
@@ -38,6 +40,8 @@ MEMORY_LIMIT = 2_000_000_000  # [bytes]; 5 million frames take half of it
 MAX_PROBLEMS = 20  # of a log that are kept
 MAX_PROBLEM_LENGTH = 300  # characters
 READ_TIMEOUT = 120.0  # [s]; 5 million frames take 4 s
+CHECK_PERIOD = 5.0  # [s]: whoever may ask whether the service is ready must not keep the disk busy
+CHECK_SIZE = 4096  # [bytes], a block of most file systems
 T = TypeVar("T")
 
 
@@ -83,6 +87,7 @@ class RecordingStore:
     def __init__(self, database: Database, root: str, limit: int) -> None:
         self._database, self._limit = database, limit
         self._files = open_files(f"{root.rstrip('/')}/{FOLDER}")
+        self._checked = -math.inf  # time of the last success of `check`
 
     def add(self, name: str, content: bytes, summary: dict[str, Any]) -> RecordingRow:
         """Write a recording's zip; return the row, which the caller adds to the database."""
@@ -133,6 +138,26 @@ class RecordingStore:
     def delete(self, recording_id: str) -> None:
         """Delete the file of a recording whose row is deleted."""
         self._files.delete(f"{recording_id}.zip")
+
+    def check(self) -> None:
+        """Check that a recording could be stored, by the writes of an upload; a success holds `CHECK_PERIOD`.
+
+        Raises:
+            SQLAlchemyError: the database cannot be written.
+            OSError: no file can be written, on a full disk for instance.
+        """
+        if time.monotonic() < self._checked + CHECK_PERIOD:
+            return
+        probe = secrets.token_hex(8)
+        with self._database.writing() as db:
+            db.add(RecordingFileRow(id=probe, created=time.time()))
+        try:
+            self._files.write(f"{probe}.zip", bytes(CHECK_SIZE))
+            self.delete(probe)
+        finally:
+            with self._database.writing() as db:
+                db.execute(delete(RecordingFileRow).where(RecordingFileRow.id == probe))
+        self._checked = time.monotonic()
 
     def delete_orphans(self, now: float) -> None:
         """Delete files that for a day have had no recording, since the service died between both writes.
@@ -211,6 +236,40 @@ def read_in_process(
     return cast("T", outcome["extracted"]), outcome["problems"]
 
 
+def find_unreadable(
+    root: Path, folders: Sequence[str], memory: int = MEMORY_LIMIT, timeout: float = READ_TIMEOUT
+) -> list[str]:
+    """Return why recordings in folders of `root` cannot be read, in words, for each of them.
+
+    One other process reads them all, one after the other, each within the timeout [s].
+
+    Raises:
+        InvalidValueError: reading a recording ends in an error of ours.
+        TooLargeError: a recording takes too much memory or time.
+    """
+    reading, end = "", 0.0
+
+    def go_on(message: dict[str, Any]) -> bool:
+        nonlocal reading, end
+        if message:
+            reading, end = message["doing"], time.monotonic() + timeout
+        return not reading or time.monotonic() < end
+
+    with running("recording", _read_all, str(root), folders, memory=memory, niceness=0) as process:
+        outcome = process.outcome(go_on)
+    if outcome is not None and "unreadable" in outcome:
+        return cast("list[str]", outcome["unreadable"])
+    if outcome is None:
+        why = f"this recording was not read within {timeout:g} s"
+    elif "died" in outcome:
+        why = f"this recording cannot be read: {outcome['died']}"
+    else:
+        why = outcome["error"]
+        if "limit" not in outcome:
+            raise InvalidValueError(reading, why)
+    raise TooLargeError(f"{reading}: {why}; cut it into shorter ones")
+
+
 def read_relative(root: str, folder: str, source: str) -> tuple[Recording, list[str]]:
     """Return the recording in a folder of `root`, where this process then works, and its log's problems.
 
@@ -230,3 +289,16 @@ def _read(
 ) -> dict[str, Any]:
     loaded, problems = read_relative(*recording)
     return {"extracted": extract(loaded), "problems": problems}
+
+
+def _read_all(
+    report_progress: Callable[[float, str], None], root: str, folders: Sequence[str]
+) -> dict[str, Any]:
+    unreadable = []
+    for number, folder in enumerate(folders):
+        report_progress(number / len(folders), folder)
+        try:
+            read_relative(root, folder, folder)
+        except OmnimateError as error:
+            unreadable.append(str(error))
+    return {"unreadable": unreadable}

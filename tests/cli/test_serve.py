@@ -1,6 +1,7 @@
 """`omnimate serve` and `omnimate key`: without the extra `service`, options from everywhere, and keys."""
 
 import re
+import socket
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,30 @@ def test_a_key_needs_a_name_that_can_be_listed(omnimate, tmp_path, name):
     result = omnimate("key", "add", name, "--database", f"sqlite:///{tmp_path}/service.db")
     assert (result.code, result.out) == (1, "")
     assert "expected 1 to 100 characters" in result.err
+
+
+@pytest.mark.parametrize("options", [("--jobs", "4"), ("--scheduler", "tcp://10.0.0.1:8786")])
+def test_workers_of_dask_are_refused_at_the_start_without_dask(omnimate, monkeypatch, options):
+    monkeypatch.setattr(serve, "find_spec", lambda name: None if name == "distributed" else object())
+    result = omnimate("serve", *options)
+    assert (result.code, result.out) == (1, "")
+    assert "needs Dask: pip install 'omnimate[cluster]'" in result.err
+
+
+def test_a_port_in_use_is_named_with_what_to_do_before_the_robot_is_started(omnimate, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        result = omnimate("serve", "--port", str(other.getsockname()[1]))
+    assert (result.code, result.out) == (1, "")
+    assert "is in use, perhaps by another omnimate serve: end that program, or choose" in result.err
+
+
+def test_an_address_of_another_machine_is_named(omnimate, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    omnimate("key", "add", "hall")
+    result = omnimate("serve", "--host", "192.0.2.1", "--port", "0")
+    assert (result.code, result.out) == (1, "")
+    assert "cannot listen at 192.0.2.1, port 0: " in result.err
 
 
 @pytest.fixture

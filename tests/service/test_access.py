@@ -1,5 +1,6 @@
 """Who may do what: API keys, their roles, and a service without a key."""
 
+import asyncio
 from types import SimpleNamespace
 
 import pytest
@@ -8,8 +9,10 @@ from sqlalchemy.exc import OperationalError
 from omnimate.cli.errors import CallError
 from omnimate.cli.serve import _listen
 from omnimate.service import access
-from omnimate.service.access import add_key, revoke_key
+from omnimate.service.access import Caller, add_key, revoke_key
+from omnimate.service.calls import Call
 from omnimate.service.errors import AuthenticationError
+from omnimate.service.routes import robot
 from omnimate.service.settings import Settings
 
 
@@ -93,6 +96,32 @@ def test_a_revoked_key_is_refused_and_does_not_make_keys_unnecessary(locked):
     answer = locked.get("/v1/vehicles", headers=bearer(key))
     assert (answer.status_code, "revoked" in answer.json()["detail"]) == (401, True)
     assert locked.get("/v1/vehicles").status_code == 401
+
+
+def test_streams_end_when_their_key_is_revoked(locked, monkeypatch):
+    """A stream that is read counts as the presence of a client, so that the robot of a session drives on."""
+    monkeypatch.setattr(robot, "KEY_PERIOD", 0.0)
+    key = locked.keys["read"]
+    call = Call(locked.components, Caller("another", "read"), None, "", f"Bearer {key}")
+
+    async def endless():
+        while True:
+            yield b""
+            await asyncio.sleep(0)
+
+    async def read_to_the_end(events):
+        return [event async for event in events]
+
+    async def read_until_revoked():
+        events = robot._while_allowed(call, endless())
+        for _ in range(100):
+            await anext(events)
+        with locked.components.database.writing() as db:
+            revoke_key(db, key.split("_")[1])
+        await read_to_the_end(events)
+
+    asyncio.run(read_until_revoked())
+    assert list(robot._lines(call, 10)) == []
 
 
 def test_a_known_key_stops_the_robot_while_the_database_is_away(locked, monkeypatch):

@@ -11,7 +11,7 @@ from alembic.migration import MigrationContext
 from sqlalchemy.exc import IntegrityError
 
 from omnimate.service.store.database import MIGRATIONS, Database, DatabaseError
-from omnimate.service.store.tables import Base, KeyRow
+from omnimate.service.store.tables import Base, DeliveryRow, KeyRow, WebhookRow
 
 
 def test_the_migrations_make_the_tables_of_the_code(database_url):
@@ -56,16 +56,21 @@ def fill(connection):
             connection.execute(table.insert().values(row))
 
 
-@pytest.mark.parametrize("revision", ["0001", "0002", "0003", "0004", "0005", "0006", "0007"])
-def test_the_rows_of_every_released_schema_are_in_the_newest_one(revision, database_url):
-    engine, config = sqlalchemy.create_engine(database_url), Config()
+def migrate(connection, revision):
+    config = Config()
     config.set_main_option("script_location", str(MIGRATIONS))
+    config.attributes["connection"] = connection
+    command.upgrade(config, revision)
+
+
+@pytest.mark.parametrize("revision", ["0001", "0002", "0003", "0004", "0005", "0006", "0007", "0008"])
+def test_the_rows_of_every_released_schema_are_in_the_newest_one(revision, database_url):
+    engine = sqlalchemy.create_engine(database_url)
     with engine.begin() as connection:
         tables = sqlalchemy.MetaData()
         tables.reflect(connection)
         tables.drop_all(connection)
-        config.attributes["connection"] = connection
-        command.upgrade(config, revision)
+        migrate(connection, revision)
         fill(connection)
         before = rows_of(connection)
     Database(database_url).close()
@@ -81,6 +86,37 @@ def test_the_rows_of_every_released_schema_are_in_the_newest_one(revision, datab
             name: value for name, value in DEFAULTS.get(table, {}).items() if name not in row
         }
         assert after[table] == row | added
+
+
+@pytest.mark.parametrize(
+    ("url", "shown"),
+    [
+        ("https://bot:hunter2@hall.example:8080/a@b", "https://hall.example:8080/a@b"),
+        ("https://bot:hun@ter2@hall.example/", "https://hall.example/"),
+        ("https://bot:hunter2@[::1/", "https://[::1/"),
+        ("https://hall.example/to?mail=a@b", "https://hall.example/to?mail=a@b"),
+    ],
+)
+def test_a_password_in_the_url_of_a_webhook_of_an_earlier_version_is_removed(url, shown, tmp_path):
+    database_url = f"sqlite:///{tmp_path}/old.db"
+    engine = sqlalchemy.create_engine(database_url)
+    with engine.begin() as connection:
+        migrate(connection, "0007")
+        connection.execute(sqlalchemy.text("insert into fleets (id, created) values ('hall', 1)"))
+        connection.execute(
+            sqlalchemy.text("insert into webhooks values ('1', 'hall', :url, 'whsec_', 1)"), {"url": url}
+        )
+        connection.execute(
+            sqlalchemy.text(
+                "insert into deliveries values ('1', '1', '{}', 'waiting', 1, 1, 'no port: hunter2', 1, 1)"
+            )
+        )
+    engine.dispose()
+    database = Database(database_url)
+    with database.reading() as db:
+        assert db.query(WebhookRow).one().url == shown
+        assert db.query(DeliveryRow).one().answer == (None if shown != url else "no port: hunter2")
+    database.close()
 
 
 def test_a_change_is_made_whole_or_not_at_all(database_url):
@@ -108,12 +144,28 @@ def test_a_change_is_made_whole_or_not_at_all(database_url):
         ("sqlite:////no/such/folder/x.db", "cannot be opened"),
         ("mysql://root@localhost/x", "of another kind"),
         ("nonsense", "no URL"),
+        ("sqlite://", "in memory"),
+        ("sqlite:///:memory:", "in memory"),
+        (f"sqlite:///{__file__}", "cannot be opened: file is not a database"),
         ("postgresql+psycopg://nobody@127.0.0.1:1/x", "cannot be opened"),
     ],
 )
 def test_a_database_that_cannot_be_used_says_why(url, words):
     with pytest.raises(DatabaseError, match=words):
         Database(url)
+
+
+def test_a_database_of_a_newer_version_is_refused_and_left_as_it_is(tmp_path):
+    url = f"sqlite:///{tmp_path}/newer.db"
+    Database(url).close()
+    engine = sqlalchemy.create_engine(url)
+    with engine.begin() as connection:
+        connection.execute(sqlalchemy.text("update alembic_version set version_num = '9999'"))
+    with pytest.raises(DatabaseError, match="newer version of omnimate; expected that version, or a backup"):
+        Database(url)
+    with engine.connect() as connection:
+        assert connection.scalar(sqlalchemy.text("select version_num from alembic_version")) == "9999"
+    engine.dispose()
 
 
 def test_calls_one_after_the_other_use_one_connection_however_many_are_open(database):

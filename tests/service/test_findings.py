@@ -125,6 +125,21 @@ def test_a_report_closes_only_findings_of_robots_and_floors_that_it_judges(fleet
     ]
 
 
+def test_a_finding_that_no_report_has_judged_for_30_days_is_closed_and_says_so(fleet):
+    """A robot that was scrapped, and a floor that is no longer used, would stay open for ever."""
+    annex = (FloorSummary("annex", 3, 6e-4),)
+    of_another = replace(daily_report(names=["tug-0001"], places=()), floors=annex)
+    note(fleet, daily_report("2026-03-30"))
+    note(fleet, replace(of_another, day="2026-04-28"))
+    assert [finding[3] for finding in findings(fleet)] == ["open"] * 3
+    note(fleet, replace(of_another, day="2026-04-29"))
+    assert [finding[3] for finding in findings(fleet)] == ["closed"] * 3
+    reason = "; closed, as no report has judged it for 30 days"
+    assert [says.endswith(reason) for says in messages(fleet)].count(True) == 3
+    note(fleet, daily_report("2026-04-30"))
+    assert [finding[3] for finding in findings(fleet)].count("open") == 3
+
+
 def test_after_a_wrong_day_was_deleted_reports_of_real_days_are_noted_again(fleet):
     note(fleet, replace(daily_report("2062-01-01"), faulty=(), places=()))
     note(fleet, daily_report("2026-03-30"))
@@ -344,6 +359,7 @@ def test_webhooks_are_made_listed_and_removed_and_show_their_secret_once(client)
         ("http://[::1/", 422),
         ("http://:80/", 422),
         ("http://fleet.example/\u00e9", 422),
+        ("http://fleet.example/\0", 422),
         ("http://user:hunter2@fleet.example/", 422),
     ],
 )

@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 from sqlalchemy.orm import Session
 
+from omnimate.files.recordings.folder import save_recording
 from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.hall.hall import draw_hall, write_store
 from omnimate.fleet.report_store import write_report
-from omnimate.service.errors import InvalidValueError
+from omnimate.service.errors import InvalidValueError, TooLargeError
 from omnimate.service.fleets.batches import add_batch
 from omnimate.service.fleets.models import BatchStart
 from omnimate.service.fleets.upload import store_day
 from omnimate.service.jobs.queue import claim_job
+from omnimate.service.store.recordings import find_unreadable
 from omnimate.service.store.tables import BatchRow, FleetRow, JobRow
 from tests.service.hall_results import (
     ASKED,
@@ -32,6 +34,7 @@ from tests.service.zips import zipped
 pytest.importorskip("pyarrow")
 PATH = "/v1/fleets"
 ZIP = {"Content-Type": "application/zip"}
+LIMIT = 10**8  # [bytes]
 ENDED = {"done", "failed", "cancelled"}
 
 
@@ -50,6 +53,24 @@ def hall(client):
     assert made.status_code == 201
     write_results(client.components.stores.results_of("hall-3").url)
     return made.headers["Location"]
+
+
+@pytest.fixture(scope="module")
+def recording_files(small_recording, tmp_path_factory):
+    """The files of a recording by their names."""
+    folder = tmp_path_factory.mktemp("small") / "recording"
+    save_recording(small_recording, folder)
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def zip_of(recordings):
+    """Return a zip of recordings, given as the folder and the files of each."""
+    members = (
+        (f"{folder}/{name}", content)
+        for folder, files in recordings.items()
+        for name, content in files.items()
+    )
+    return zipped(dict(members))
 
 
 def ended(client, path, until):
@@ -106,8 +127,9 @@ def test_a_day_without_recordings_fails_with_its_reason(client, until):
 def test_a_batch_names_the_recordings_that_it_cannot_read_each_time(client, until):
     location = client.post(PATH, json={"name": "garbage"}).headers["Location"]
     where = "robot=r/day=2026-01-01/x"
-    content = zipped({f"{where}/vehicle.toml": b"garbage [", f"{where}/can.log": b"garbage"})
-    assert client.post(f"{location}/recordings", content=content, headers=ZIP).status_code == 201
+    files = client.components.stores.recordings_of("garbage")  # as copied there by another program
+    for name in ("vehicle.toml", "can.log"):
+        files.write(f"{where}/{name}", b"garbage [")
     for counts in ((1, 0), (0, 1)):
         path = client.post(f"{location}/batches", json={}).headers["Location"]
         batch = ended(client, path, until)
@@ -168,12 +190,56 @@ def test_a_zip_of_something_else_is_refused_and_nothing_of_it_is_kept(client, ha
     assert client.components.stores.recordings_of("hall-3").glob("robot=*") == []
 
 
-def test_names_of_64_characters_are_stored(tmp_path):
+def test_names_of_64_characters_are_stored(tmp_path, recording_files):
     where = f"robot={'r' * 64}/day=2026-03-02/{'x' * 64}"
-    content = zipped({f"{where}/vehicle.toml": b"", f"{where}/can.log": b""})
     files = open_files(str(tmp_path))
-    assert store_day(files, content, 1000, 1.8e9).robots == ["r" * 64]
-    assert len(files.glob(f"{where}/*")) == 2
+    assert store_day(files, zip_of({where: recording_files}), LIMIT, 1.8e9).robots == ["r" * 64]
+    assert len(files.glob(f"{where}/*")) == len(recording_files)
+
+
+def test_recordings_that_cannot_be_read_are_all_named_on_arrival_and_nothing_is_stored(
+    client, hall, recording_files
+):
+    """A batch would name them in the night only, when nobody can send them again."""
+    one, other, third = (f"robot={name}/day=2026-03-02/x" for name in "abc")
+    broken = {
+        one: recording_files,
+        other: recording_files | {"vehicle.toml": b"garbage ["},
+        third: recording_files | {"can.log": b"garbage", "can.log.gz": b""},
+    }
+    answer = client.post(f"{hall}/recordings", content=zip_of(broken), headers=ZIP)
+    assert answer.status_code == 422
+    detail = answer.json()["detail"]
+    assert detail.startswith("zip: 2 of 3 recordings cannot be read, and none was stored;")
+    assert f"{other}/vehicle.toml: " in detail
+    assert f"{third}/can.log" in detail
+    assert client.components.stores.recordings_of("hall-3").glob("robot=*") == []
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [({"memory": 50_000_000}, "takes more than 50 MB"), ({"timeout": 0.0}, "was not read within 0 s")],
+)
+def test_a_recording_that_takes_too_much_is_named(limits, words, tmp_path, recording_files):
+    where = "robot=a/day=2026-03-02/x"
+    (tmp_path / where).mkdir(parents=True)
+    for name, content in recording_files.items():
+        (tmp_path / where / name).write_bytes(content)
+    with pytest.raises(TooLargeError, match=f"{where}: this recording {words}"):
+        find_unreadable(tmp_path, [where], **limits)
+
+
+def test_a_recording_that_is_replaced_keeps_no_file_of_the_former_one(tmp_path, recording_files):
+    where, files = "robot=a/day=2026-03-02/x", open_files(str(tmp_path))
+    packed = {
+        "vehicle.toml": recording_files["vehicle.toml"],
+        "can.log.gz": gzip.compress(recording_files["can.log"]),
+    }
+    plain = packed | {"can.log": recording_files["can.log"]}
+    del plain["can.log.gz"]
+    for sent in (plain, packed):
+        store_day(files, zip_of({where: sent}), LIMIT, 1.8e9)
+        assert {path.rpartition("/")[2] for path in files.glob(f"{where}/*")} == sent.keys()
 
 
 def test_a_day_with_a_log_that_unpacks_too_far_is_refused_whole(client, hall):
@@ -188,30 +254,25 @@ def test_a_day_with_a_log_that_unpacks_too_far_is_refused_whole(client, hall):
 
 
 @pytest.mark.parametrize(("ahead", "status"), [(0, 201), (1, 201), (2, 422), (30_000, 422)])
-def test_recordings_are_of_days_up_to_tomorrow(ahead, status, tmp_path):
+def test_recordings_are_of_days_up_to_tomorrow(ahead, status, tmp_path, recording_files):
     """Somewhere it is tomorrow already; a later date is wrong, and would end the fleet's alerting."""
     now = datetime(2026, 5, 31, 23, 59, tzinfo=UTC)
-    where = f"robot=a/day={(now + timedelta(days=ahead)).date()}/x"
-    content = zipped({f"{where}/vehicle.toml": b"", f"{where}/can.log": b""})
+    content = zip_of({f"robot=a/day={(now + timedelta(days=ahead)).date()}/x": recording_files})
     files = open_files(str(tmp_path))
     if status == 201:
-        assert store_day(files, content, 1000, now.timestamp()).recordings == 1
+        assert store_day(files, content, LIMIT, now.timestamp()).recordings == 1
         return
     with pytest.raises(InvalidValueError, match="not come yet; expected one up to 2026-06-01") as caught:
-        store_day(files, content, 1000, now.timestamp())
+        store_day(files, content, LIMIT, now.timestamp())
     assert (caught.value.status, files.glob("*")) == (422, [])
 
 
-def test_a_recording_is_deleted_with_its_results_and_the_report_of_its_day(client, hall):
+def test_a_recording_is_deleted_with_its_results_and_the_report_of_its_day(client, hall, recording_files):
     files, results = (
         of("hall-3") for of in (client.components.stores.recordings_of, client.components.stores.results_of)
     )
     where = "robot=wrong/day=2026-04-30/060000"
-    client.post(
-        f"{hall}/recordings",
-        content=zipped({f"{where}/vehicle.toml": b"", f"{where}/can.log": b""}),
-        headers=ZIP,
-    )
+    client.post(f"{hall}/recordings", content=zip_of({where: recording_files}), headers=ZIP)
     write_recordings(results, "wrong", ["2026-04-30"])
     write_report(results, daily_report("2026-04-30"))
     with client.components.database.writing() as db:

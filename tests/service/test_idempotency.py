@@ -175,10 +175,12 @@ def test_a_caller_that_is_not_remembered_is_identified_by_the_database(call, rem
     app = SimpleNamespace(state=SimpleNamespace(components=components))
     request = SimpleNamespace(app=app, method="POST", url=SimpleNamespace(path="/v1/things", query=""))
     for reading in (calls._reading, calls._stopping):
-        assert asyncio.run(reading(request, "Bearer x")) == Call(components, LOCAL, None, "POST /v1/things")
+        assert asyncio.run(reading(request, "Bearer x")) == Call(
+            components, LOCAL, None, "POST /v1/things", "Bearer x"
+        )
     assert asked == ([] if remembered else [(components.database, "Bearer x")] * 2)
     request.url.query = "name=A"
-    whole = Call(components, LOCAL, None, "POST /v1/things?name=A")
+    whole = Call(components, LOCAL, None, "POST /v1/things?name=A", "Bearer x")
     assert asyncio.run(calls._reading(request, "Bearer x")) == whole
 
 

@@ -24,7 +24,7 @@ from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.sonar import Sonar
-from tests.service.hall_results import FAULTY, report_of_two_floors, write_results
+from tests.service.hall_results import ASKED, FAULTY, report_of_two_floors, write_results
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
@@ -516,6 +516,63 @@ def test_the_page_is_in_the_browsers_language_until_another_one_is_chosen(browse
         page.reload()
         expect(sizes).to_contain_text(re.compile(r"wheelbase\d+\.\d\d"), timeout=SOON)
         expect(page.locator("html")).to_have_attribute("lang", "en")
+
+
+def test_the_findings_of_a_fleet_are_in_the_pages_language(browser, tmp_path):
+    files = write_results(str(tmp_path / "fleets" / "hall-3" / "results"))
+    write_report(files, report_of_two_floors())
+    with serving(tmp_path) as address, opened(browser, address, "de-DE") as page:
+        page.locator("#tab-fleet").click()
+        page.locator("#fleet-new").fill("hall-3")
+        page.locator("#fleet-start-send").click()
+        faulty, asked = (page.get_by_test_id(f"finding-{robot}") for robot in (FAULTY, ASKED))
+        expect(faulty).to_contain_text(
+            "Radstand: Änderung um \N{MINUS SIGN}0,760 ± 0,020 % seit 2026-03-23 "
+            "(2026-03-22 bis 2026-03-24), \N{MINUS SIGN}0,040 % je Tag",
+            timeout=SOON,
+        )
+        expect(asked).to_contain_text(
+            "die Triage verlangt seit 2026-03-28 dieselbe Diagnose: backlash von a.left"
+        )
+        expect(page.locator("#fleet-places")).to_have_text(
+            "Boden north, bei x 16,00 m, y 12,10 m: Schlupf, 23,6 mm je Überfahrt, 62 Überfahrten"
+        )
+        page.get_by_test_id("floor-name").select_option("south")
+        expect(page.locator("#fleet-places")).to_contain_text("Roboter driften seitlich in Richtung 63 Grad")
+        page.get_by_test_id(f"dot-{ASKED}").click()
+        expect(page.locator("#fleet-robot-says")).to_contain_text("die Triage verlangt", timeout=SOON)
+
+
+def test_fields_of_the_german_page_show_a_comma_and_take_a_comma_or_a_point(browser, address):
+    with opened(browser, f"{address}/#vehicle", "de-DE") as page:
+        field = page.locator("#edit-truck-a-wheelbase")
+        for text, shown in (("341,25", "341,25"), ("341.25", "341,25"), ("341,2x", None)):
+            field.fill(text)
+            if shown is None:
+                expect(field).to_have_attribute("aria-invalid", "true")
+            else:
+                expect(page.locator("#edit-difference")).to_contain_text(shown)
+        field.fill("341,25")
+        page.locator("#edit-send").click()
+        expect(page.locator("#edit-message")).to_have_attribute("data-kind", "good", timeout=SOON)
+        expect(field).to_have_value("341,25")
+        start(page, "manual", runs=1, side="2,5")
+        for name, value in (
+            ("after.x", "30,5"),
+            ("after.y", "-20.25"),
+            ("after.theta", "x"),
+            ("calculated.x", "0"),
+            ("calculated.y", "0"),
+        ):
+            page.get_by_test_id(name).fill(value)
+        page.locator("#sample-send").click()
+        expect(page.get_by_test_id("after.theta")).to_have_attribute("aria-invalid", "true")
+        page.get_by_test_id("after.theta").fill("1,5")
+        page.get_by_test_id("calculated.theta").fill("0")
+        page.locator("#sample-send").click()
+        cells = page.locator("#runs td")
+        expect(cells.nth(2)).to_have_text("30,5", timeout=SOON)
+        expect(cells.nth(4)).to_have_text("1,50")
 
 
 def violations(page):

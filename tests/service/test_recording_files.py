@@ -6,12 +6,12 @@ import time
 import pytest
 from alembic import command
 from alembic.config import Config
-from sqlalchemy import create_engine
+from sqlalchemy import create_engine, text
 
 from omnimate.service.errors import NotFoundError
 from omnimate.service.store.database import MIGRATIONS, Database
 from omnimate.service.store.recordings import DAY, RecordingStore, summarize
-from omnimate.service.store.tables import RecordingContentRow, RecordingRow
+from omnimate.service.store.tables import RecordingContentRow, RecordingFileRow, RecordingRow
 
 LIMIT = 1_000_000
 
@@ -101,3 +101,39 @@ def old_database(path, contents):
                 (name, name, len(content), content),
             )
     connection.close()
+
+
+def test_a_service_that_could_store_no_recording_is_not_ready_until_it_can(
+    serving, database, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("omnimate.service.store.recordings.CHECK_PERIOD", 0.0)
+    folder = tmp_path / "files" / "_recordings"
+    with serving(str(database.engine.url), fleets=str(tmp_path / "files")) as client:
+        assert list(folder.iterdir()) == []
+        folder.rmdir()
+        folder.write_bytes(b"no folder")
+        answer = client.get("/readyz")
+        assert (answer.status_code, "--fleets" in answer.json()["detail"]) == (503, True)
+        folder.unlink()
+        with database.writing() as db:
+            assert db.query(RecordingFileRow).count() == 0
+            db.execute(
+                text(
+                    "create trigger full before insert on recording_files begin select raise(abort, ''); end"
+                )
+            )
+        answer = client.get("/readyz")
+        assert (answer.status_code, "database cannot be written" in answer.json()["detail"]) == (503, True)
+        with database.writing() as db:
+            db.execute(text("drop trigger full"))
+        assert client.get("/readyz").status_code == 200
+        assert list(folder.iterdir()) == []
+
+
+def test_a_check_that_succeeded_is_not_repeated_at_once(database, tmp_path):
+    """Whoever asks often does not keep the disk busy."""
+    store = RecordingStore(database, str(tmp_path / "files"), LIMIT)
+    store.check()
+    (tmp_path / "files" / "_recordings").rmdir()
+    store.check()
+    assert not (tmp_path / "files" / "_recordings").exists()
