@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN
-from omnimate.ipec.filter.fixes import MIN_FIX_SIGMA, samples_at
+from omnimate.ipec.filter.fixes import fix_sigma, samples_at
 from omnimate.ipec.filter.prior import BASE, CALIBRATED, DIAMETER, FilterNoise, Prior
 from omnimate.ipec.readings import columns_of, read_sample
 from omnimate.vehicle.arcs import SMALL_SLOPE_ANGLE, roll, sinc_of
@@ -145,7 +145,7 @@ def update(states: Record, pose: Array, sigma: Array) -> None:
     gain, moved, is_wild = np.empty(STATES), states[0].wild >= MOVED_AFTER, False
     for axis in range(3):
         innovation = pose[axis] - mean[axis]
-        if math.isnan(innovation) or math.isnan(sigma[axis]):
+        if math.isnan(innovation):
             continue
         if axis == HEADING:
             innovation = wrap_angle(innovation)
@@ -275,11 +275,10 @@ class OneTruckFilter:
         Args:
             state: State after the sample in which the pose was measured.
             pose: Measured pose [m, m, rad], shape `(3,)`; nan for a coordinate that was not measured.
-            sigma: Its standard deviations, shape `(3,)`.
+            sigma: Its standard deviations, shape `(3,)`; nan where none is stated.
         """
         following = state.record.copy()
-        sigmas = np.maximum(np.asarray(sigma, np.float64), MIN_FIX_SIGMA)
-        update(following, np.asarray(pose, np.float64), sigmas)
+        update(following, np.asarray(pose, np.float64), fix_sigma(sigma))
         return OneTruckState(following)
 
 
@@ -297,7 +296,8 @@ def estimate_one_truck(
         recording: Recording of a robot.
         start: Pose at the first sample [m, m, rad], shape `(3,)`.
         sigma: Standard deviations of `start`, shape `(3,)`.
-        fixes: Absolute poses to use, such as `recording.poses`; None for none.
+        fixes: Absolute poses to use, such as `recording.poses`; None for none. Where they state no standard
+            deviation, it is 5 mm and 10 mrad.
         prior: How well `recording.vehicle` is known; `CALIBRATED` where it is None.
 
     Returns:
@@ -310,7 +310,7 @@ def estimate_one_truck(
         of_a = fixes.of("a")
         samples = samples_at(recording, of_a.time)
         # a copy: read-only arrays would compile `run` a second time
-        measured = of_a.pose.copy(), np.maximum(of_a.sigma, MIN_FIX_SIGMA)
+        measured = of_a.pose.copy(), fix_sigma(of_a.sigma)
     run(
         filter_.settings,
         filter_.start(start, sigma).record,

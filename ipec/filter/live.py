@@ -11,7 +11,7 @@ import numpy as np
 from omnimate.ipec.corrector import ORIGIN
 from omnimate.ipec.filter.disturbed_wheels import STEP_LENGTH
 from omnimate.ipec.filter.findings import SlowParameters, slow_parameters
-from omnimate.ipec.filter.fixes import Fix, apply_fix
+from omnimate.ipec.filter.fixes import Fix, apply_fix, fix_sigma
 from omnimate.ipec.filter.hypotheses import HYPOTHESES, LATE, log_prior_probabilities
 from omnimate.ipec.filter.poses import fill_pose
 from omnimate.ipec.filter.prior import (
@@ -174,12 +174,12 @@ class Filter:
         Args:
             state: State after the sample in which the pose was measured.
             pose: Measured pose [m, m, rad], shape `(3,)`; nan for a coordinate that was not measured.
-            sigma: Standard deviations of the measured pose [m, m, rad], shape `(3,)`.
+            sigma: Its standard deviations [m, m, rad], shape `(3,)`; nan where none is stated.
             truck: Truck whose pose was measured.
         """
         following, filters = _copy(state.record), _copy(state.filters)
         fix = record(Fix)[0]
-        fix["truck"], fix["pose"], fix["sigma"] = "ab".index(truck), pose, sigma
+        fix["truck"], fix["pose"], fix["sigma"] = "ab".index(truck), pose, fix_sigma(sigma)
         apply_fix(self.settings, following, filters, fix, NO_MOVES)
         return _frozen(following, filters)
 
