@@ -29,7 +29,7 @@ def has_fixes(recording: Recording, truck: TruckName) -> bool:
 
 
 def check_one_robot(recordings: Sequence[Recording]) -> None:
-    """Check that recordings are of robots with the same names and channels.
+    """Check that recordings are of robots with the same name and trucks.
 
     Raises:
         CalibrationError: There is no recording, or one is of another robot than the first.
@@ -38,7 +38,13 @@ def check_one_robot(recordings: Sequence[Recording]) -> None:
         raise CalibrationError("calibration", "no recording given")
     first, *others = recordings
     for other in others:
-        if (other.vehicle.name, other.vehicle.channels) != (first.vehicle.name, first.vehicle.channels):
+        if other.vehicle.expected_channels != first.vehicle.expected_channels:
+            raise CalibrationError(
+                other.source,
+                f"its robot has {len(other.vehicle.trucks)} truck(s), that of {first.source} has "
+                f"{len(first.vehicle.trucks)}; give recordings of one robot at a time",
+            )
+        if other.vehicle.name != first.vehicle.name:
             raise CalibrationError(
                 other.source,
                 f"it is of the robot {other.vehicle.name!r}, but {first.source} of {first.vehicle.name!r}; "

@@ -10,6 +10,7 @@ import typer
 
 from omnimate.cli.console import out, say, warn
 from omnimate.cli.errors import CallError
+from omnimate.cli.loading import load
 from omnimate.cli.options import OneTruck, OutFile, Profile, written_at_end
 from omnimate.cli.robots import write_profile, write_vehicle
 from omnimate.cli.tables import new_table, show
@@ -65,14 +66,13 @@ def calibrate(
     from omnimate.calib.apply import corrected_vehicle
     from omnimate.calib.paths.least_squares import calibrate_truck
     from omnimate.figures.files import check_format
-    from omnimate.files.recordings.folder import load_recording
 
     if relative is not None:
-        _relative([load_recording(source) for source in sources], relative, truck, out_file)
+        _relative([load(source) for source in sources], relative, truck, out_file)
         return
     if plot is not None:
         check_format(plot)
-    recordings = [load_recording(source) for source in sources]
+    recordings = [load(source) for source in sources]
     if not linkage:
         _warn_of_frozen(recordings)
     fits: dict[TruckName, PathCalibration] = {}

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN
-from omnimate.ipec.filter.fixes import MIN_FIX_SIGMA, samples_at
+from omnimate.ipec.filter.fixes import fix_sigma, samples_at
 from omnimate.ipec.filter.prior import BASE, CALIBRATED, DIAMETER, FilterNoise, Prior
 from omnimate.ipec.readings import columns_of, read_sample
 from omnimate.vehicle.arcs import SMALL_SLOPE_ANGLE, roll, sinc_of
@@ -122,7 +122,7 @@ def update(states: Record, pose: Array, sigma: Array) -> None:
     gain, moved, is_wild = np.empty(STATES), states[0].wild >= MOVED_AFTER, False
     for axis in range(3):
         innovation = pose[axis] - mean[axis]
-        if math.isnan(innovation) or math.isnan(sigma[axis]):
+        if math.isnan(innovation):
             continue
         if axis == HEADING:
             innovation = wrap_angle(innovation)
@@ -228,11 +228,10 @@ class OneTruckFilter:
     def fix(self, state: OneTruckState, pose: ArrayLike, sigma: ArrayLike) -> OneTruckState:
         """Return the state after an absolute pose `(3,)` [m, m, rad] that was measured after its last sample.
 
-        A coordinate that was not measured is nan.
+        A coordinate that was not measured is nan, as is a standard deviation that none stated.
         """
         following = state.record.copy()
-        sigmas = np.maximum(np.asarray(sigma, np.float64), MIN_FIX_SIGMA)
-        update(following, np.asarray(pose, np.float64), sigmas)
+        update(following, np.asarray(pose, np.float64), fix_sigma(sigma))
         return OneTruckState(following)
 
 
@@ -255,7 +254,7 @@ def estimate_one_truck(
         of_a = fixes.of("a")
         samples = samples_at(recording, of_a.time)
         # a copy: read-only arrays would compile `run` a second time
-        measured = of_a.pose.copy(), np.maximum(of_a.sigma, MIN_FIX_SIGMA)
+        measured = of_a.pose.copy(), fix_sigma(of_a.sigma)
     run(
         filter_.settings,
         filter_.start(start, sigma).record,

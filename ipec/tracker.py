@@ -15,7 +15,7 @@ from omnimate.ipec.corrector import ORIGIN, Corrector, correct
 from omnimate.ipec.errors import FixError
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.findings import MIN_LOST_TRAVEL, Disturbance, Findings, findings
-from omnimate.ipec.filter.fixes import samples_at
+from omnimate.ipec.filter.fixes import fix_sigma, samples_at
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import CALIBRATED, Prior
 from omnimate.ipec.linkage_check import LINKAGE, FrozenChannel, frozen_channels
@@ -39,9 +39,6 @@ if TYPE_CHECKING:
 
     Learned = tuple[VehicleParameters, SlowParameters, Findings]
 
-# [m, m, rad] Standard deviations of a fix that states none: by a tape measure or a good localisation
-# (assumption).
-UNSTATED_SIGMA = np.array([0.005, 0.005, 0.01])
 START_SIGMAS = 10.0  # of the start by a fix over those of the fix, which the filter applies as well
 CHECKED_SAMPLES = 2000  # latest samples that are checked for frozen channels: half a minute at 15 ms
 
@@ -282,8 +279,7 @@ def fixes_of(recording: Recording) -> Poses:
     """
     if recording.poses is None:
         raise FixError(recording.source)
-    poses = recording.poses
-    return replace(poses, sigma=np.where(np.isfinite(poses.sigma), poses.sigma, UNSTATED_SIGMA))
+    return replace(recording.poses, sigma=fix_sigma(recording.poses.sigma))
 
 
 def start_by_fixes(recording: Recording, fixes: Poses) -> tuple[Array, Array]:

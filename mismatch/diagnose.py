@@ -35,7 +35,8 @@ def diagnose(
             for 20,000 samples where none is given.
 
     Raises:
-        RecordingError: recordings of two robots, a clock that jumps, a channel or poses that do not fit.
+        RecordingError: no recordings, or of two robots; a clock that jumps; a channel or poses that do not
+            fit.
     """
     check(recordings)
     names = tuple(single.source for single in recordings)

@@ -58,4 +58,4 @@ def describe_read_error(error: OSError | UnicodeDecodeError) -> str:
     """Return why a text file cannot be read, and what to do where it is no UTF-8."""
     if isinstance(error, UnicodeDecodeError):
         return f"byte {error.start + 1} is not UTF-8; save the file as UTF-8"
-    return str(error)
+    return error.strerror or str(error)

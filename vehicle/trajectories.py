@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.vehicle.odometry import dead_reckon
-from omnimate.vehicle.se2 import wrap
+from omnimate.vehicle.se2 import between, compose, wrap
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """The odometry of a truck over a recording, from its first complete absolute pose if there is one."""
+    """The odometry of a truck over a recording, through its first complete absolute pose if there is one."""
 
     truck: TruckName
     time: Array  # time of each sample [s], `(N,)`
@@ -50,10 +50,12 @@ def _trajectory(recording: Recording, truck: TruckName) -> Trajectory:
     whole = np.flatnonzero(np.isfinite(fixes.pose).all(axis=1))
     if not len(whole):
         return Trajectory(truck, recording.time, dead_reckon(recording, truck), None, None)
-    pose = dead_reckon(recording, truck, fixes.pose[whole[0]])
-    last = fixes.pose[whole[-1]]
-    row = min(int(np.searchsorted(recording.time, fixes.time[whole[-1]])), len(pose) - 1)
-    error = last - pose[row]
+    first, last = fixes.pose[whole[[0, -1]]]
+    rows = np.searchsorted(recording.time, fixes.time[whole[[0, -1]]]).clip(max=len(recording) - 1)
+    path = dead_reckon(recording, truck)
+    start = compose(first, between(path[rows[0]], path[0]))
+    pose = dead_reckon(recording, truck, [start[0], start[1], wrap(start[2])])
+    error = last - pose[rows[1]]
     error[2] = wrap(error[2])
     return Trajectory(truck, recording.time, pose, last, error)
 

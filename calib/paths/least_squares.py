@@ -240,6 +240,7 @@ def _cause(problem: ReferenceProblem, coordinates: Array) -> str | None:
     causes = {"the left and the right wheel are swapped": swapped}
     for shift in _SHIFTS:
         words = f"the clock of the poses is {abs(shift):.1f} s {'ahead' if shift > 0.0 else 'behind'}"
+        words += "; shift poses.csv, or estimate the delay (--time-offset)"
         causes[words] = [replace(drive, fix_time=drive.fix_time - shift) for drive in problem.drives]
     squares = {
         words: float(np.median(squared_distances(replace(problem, drives=tuple(drives)), coordinates)))

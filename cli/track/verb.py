@@ -99,11 +99,11 @@ def _track_recording(
     folder: Path, prior: Prior, writer: RowWriter, every: float, *, fixed: bool
 ) -> Learned | None:
     from omnimate.calib.recordings import check_frozen
-    from omnimate.files.recordings.folder import load_recording
+    from omnimate.cli.loading import load
     from omnimate.ipec.tracker import fixes_of, start_by_fixes, track_one_truck, track_recording
 
     with err.status("reading"):
-        recording = load_recording(folder)
+        recording = load(folder)
         check_frozen(recording)
     fixes, learned = fixes_of(recording) if fixed else None, None
     start = () if fixes is None else start_by_fixes(recording, fixes)  # else the origin

@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from omnimate.files.logs.assemble import Assembly, assemble
 from omnimate.files.logs.blocks import LogReadResult, read_log
 from omnimate.files.logs.formats.candump_text import candump_text
@@ -63,7 +65,7 @@ def read_recording(folder: Path | str) -> LoadedRecording:
     poses = read_poses(folder / POSES, vehicle.trucks) if (folder / POSES).exists() else None
     run = read_run(folder / RUN) if (folder / RUN).exists() else None
     recording = replace(assembly.recording, poses=poses, run=run)
-    _check_clock(recording, folder / RUN)
+    _check_clock(recording, folder)
     return LoadedRecording(recording, assembly, log)
 
 
@@ -111,13 +113,20 @@ def save_recording(recording: Recording, folder: Path | str, *, compress: bool =
         raise RecordingError(folder, f"cannot be written: {error.strerror or error}") from error
 
 
-def _check_clock(recording: Recording, path: Path) -> None:
-    """Raise an error for laps that the log does not cover: they must be on its clock."""
+def _check_clock(recording: Recording, folder: Path) -> None:
+    """Raise an error for laps that the log does not cover, or no pose in it: they must be on its clock."""
     first, last = float(recording.time[0]), float(recording.time[-1])
+    times = np.zeros(0) if recording.poses is None else recording.poses.time
+    if len(times) and (times[0] > last + _CLOCK_TOLERANCE or times[-1] < first - _CLOCK_TOLERANCE):
+        raise RecordingError(
+            folder / POSES,
+            f"the poses from {times[0]:.3f} s to {times[-1]:.3f} s are not within the log,"
+            f" {first:.3f} s to {last:.3f} s; all files must share its clock",
+        )
     for number, lap in enumerate(recording.run.laps if recording.run else (), start=1):
         if lap.start < first - _CLOCK_TOLERANCE or lap.end > last + _CLOCK_TOLERANCE:
             raise RecordingError(
-                path,
+                folder / RUN,
                 f"lap {number} from {lap.start:.3f} s to {lap.end:.3f} s is not within the log,"
                 f" {first:.3f} s to {last:.3f} s; all files must share its clock",
             )

@@ -23,7 +23,7 @@ _ROUNDING = 1e-5  # [rad] rounding error of pi written with four decimals
 
 
 def read_poses(path: Path | str, trucks: Collection[str] = TRUCKS) -> Poses:
-    """Return the poses of a `poses.csv`; `trucks` are the bodies that the robot has.
+    """Return the poses of a `poses.csv` in order of time; `trucks` are the bodies that the robot has.
 
     Raises:
         RecordingError: The file cannot be read, or a line is wrong; the error names file and line.
@@ -36,6 +36,7 @@ def read_poses(path: Path | str, trucks: Collection[str] = TRUCKS) -> Poses:
         raise RecordingError(f"{path}:1", f"expected the header `{HEADER}`")
     numbered = enumerate(lines[1:], start=2)
     rows = [_row(line, f"{path}:{number}", trucks) for number, line in numbered if line.strip()]
+    rows.sort(key=lambda row: row[1][0])  # a file may have the poses of each body together
     values = np.array([row[1] for row in rows], np.float64).reshape(-1, 7)
     pose = values[:, 1:4].copy()
     pose[:, 2] = wrap(pose[:, 2])

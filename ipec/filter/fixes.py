@@ -16,9 +16,14 @@ from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, layout
 from omnimate.vehicle.se2 import wrap_angle
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from omnimate.vehicle.recording import Poses, Recording
 
 MIN_FIX_SIGMA = 1e-7  # [m], [rad] smallest standard deviation of a fix, so that its variance can be inverted
+# [m, m, rad] Standard deviations of a fix that states none: by a tape measure or a good localisation
+# (assumption).
+UNSTATED_SIGMA = np.array([0.005, 0.005, 0.01])
 
 
 class Fix:
@@ -37,6 +42,12 @@ def samples_at(recording: Recording, times: Array) -> IntArray:
     return np.maximum(np.searchsorted(recording.time, times, side="right") - 1, 0)
 
 
+def fix_sigma(stated: ArrayLike) -> Array:
+    """Return the standard deviations `(..., 3)` with which fixes are applied: `UNSTATED_SIGMA` for nan."""
+    sigma = np.asarray(stated, np.float64)
+    return np.maximum(np.where(np.isnan(sigma), UNSTATED_SIGMA, sigma), MIN_FIX_SIGMA)
+
+
 def fix_records(recording: Recording, fixes: Poses | None) -> Record:
     """Return the fixes as `(K,)` records of `Fix` for the compiled loops, in order of time."""
     if fixes is None:
@@ -46,7 +57,7 @@ def fix_records(recording: Recording, fixes: Poses | None) -> Record:
     records["sample"] = samples_at(recording, fixes.time[known])
     records["truck"] = fixes.body[known] == "b"
     records["pose"] = fixes.pose[known]
-    records["sigma"] = np.maximum(fixes.sigma[known], MIN_FIX_SIGMA)
+    records["sigma"] = fix_sigma(fixes.sigma[known])
     return records[np.argsort(records["sample"], kind="stable")]
 
 
@@ -56,7 +67,7 @@ def fix_coordinate(
 ) -> None:
     """Update an open filter by one coordinate (x, y, heading) of an absolute pose, a scalar Kalman update.
 
-    `value` and its standard deviation `sigma` are in [m] or [rad]; nan is skipped. `gain` `(21,)`
+    `value` and its standard deviation `sigma` are in [m] or [rad]; a value of nan is skipped. `gain` `(21,)`
     is filled as in `OpenFilter`, with zeros if the coordinate was skipped.
     """
     row, pose, sigmas = np.empty((3, STATES)), np.empty(3), np.empty(3)
@@ -65,7 +76,7 @@ def fix_coordinate(
     fill_pose_jacobian(state.mean, truck, row)
     offset = value - pose[axis]
     gain[:] = 0.0
-    if math.isnan(offset) or math.isnan(sigma):
+    if math.isnan(offset):
         return
     if axis == 2:
         offset = wrap_angle(offset)

@@ -11,7 +11,7 @@ import numpy as np
 from omnimate.ipec.corrector import ORIGIN
 from omnimate.ipec.filter.disturbed_wheels import STEP_LENGTH
 from omnimate.ipec.filter.findings import SlowParameters, slow_parameters
-from omnimate.ipec.filter.fixes import Fix, apply_fix
+from omnimate.ipec.filter.fixes import Fix, apply_fix, fix_sigma
 from omnimate.ipec.filter.hypotheses import HYPOTHESES, LATE, log_prior_probabilities
 from omnimate.ipec.filter.poses import fill_pose
 from omnimate.ipec.filter.prior import (
@@ -157,11 +157,12 @@ class Filter:
         """Return the state after an absolute pose of a truck, measured after the sample of `state`.
 
         Only fixes separate the joints' biases from the robot's heading. The pose and its standard deviations
-        [m, m, rad] have the shape `(3,)`; a coordinate that was not measured is nan.
+        [m, m, rad] have the shape `(3,)`; nan is a coordinate that was not measured, or a standard deviation
+        that none stated.
         """
         following, filters = _copy(state.record), _copy(state.filters)
         fix = record(Fix)[0]
-        fix["truck"], fix["pose"], fix["sigma"] = "ab".index(truck), pose, sigma
+        fix["truck"], fix["pose"], fix["sigma"] = "ab".index(truck), pose, fix_sigma(sigma)
         apply_fix(self.settings, following, filters, fix, NO_MOVES)
         return _frozen(following, filters)
 

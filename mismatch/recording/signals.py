@@ -109,7 +109,7 @@ def signals_of(recording: Recording) -> Signals:
         rest=0.0 if vehicle.linkage is None else vehicle.linkage.length,
     )
     resolution = np.array(
-        [abs(vehicle.encoder(name).scale) for name in vehicle.channels if name not in vehicle.wheels]
+        [abs(vehicle.encoder(name).scale) for name in vehicle.expected_channels if name not in vehicle.wheels]
     )
     return Signals(recording, block, path, *_driven(heading, nominal), reading, resolution, poses)
 

@@ -24,8 +24,11 @@ def check(recordings: Sequence[Recording]) -> None:
     """Check that recordings are of one robot and on one clock.
 
     Raises:
-        RecordingError: They are not; it states what is wrong, in which recording, and what to do.
+        RecordingError: There are none, or they are not; it states what is wrong, in which recording, and what
+            to do.
     """
+    if not recordings:
+        raise RecordingError("diagnose", "no recordings were given; expected one or more")
     first = recordings[0]
     for recording in recordings:
         if (
@@ -129,9 +132,13 @@ def too_little(recordings: Sequence[Recording]) -> str:
             f"the wheels rolled {rolled:.2f} m only; record a drive of several metres with turns both ways."
         )
     single = recordings[0].vehicle.linkage is None
-    if single and all(recording.poses is None for recording in recordings):
+    if single and not any(_has_poses(recording) for recording in recordings):
         return (
             "a single truck without absolute poses has nothing to be held against; "
             "measure its pose from outside (poses.csv), at the stops at least."
         )
     return ""
+
+
+def _has_poses(recording: Recording) -> bool:
+    return recording.poses is not None and bool(np.isfinite(recording.poses.pose).any())

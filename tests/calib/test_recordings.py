@@ -11,7 +11,7 @@ from omnimate.calib.paths.drives import drives_of
 from omnimate.calib.recordings import frozen_linkage
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
 from omnimate.motion.paths import umbmark
-from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.parameters import Truck
@@ -77,3 +77,20 @@ def test_recordings_of_two_robots_are_refused_and_so_are_none(recording: Recordi
 def test_a_truck_that_is_not_there_is_refused(drive_squares, calibrate) -> None:
     with pytest.raises(CalibrationError, match="no truck b"):
         calibrate([drive_squares(Truck(0.34, 0.15, 0.15), Truck(0.34, 0.15, 0.15))], "b")
+
+
+def test_robots_of_one_name_are_told_apart_by_their_trucks(recording: Recording) -> None:
+    """The message does not give the same name twice."""
+    robot = replace(reference_single(), name=VEHICLE.name)
+    other = simulate(robot, Truth(robot), umbmark(1.0, 1))
+    with pytest.raises(CalibrationError, match=r"has 1 truck\(s\), .* has 2; give recordings of one robot"):
+        experiment_of_recordings([recording, other])
+
+
+def test_encoders_may_be_in_another_order_in_the_other_file(recording: Recording) -> None:
+    """It is the same robot."""
+    vehicle = replace(VEHICLE, encoders=VEHICLE.encoders[::-1])
+    other = replace(
+        recording, vehicle=vehicle, counts=recording.counts[:, ::-1], present=recording.present[:, ::-1]
+    )
+    assert len(experiment_of_recordings([recording, other]).runs) == 4

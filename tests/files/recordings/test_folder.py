@@ -181,6 +181,14 @@ def test_laps_on_another_clock_are_refused(vehicle, tmp_path, shift):
         load_recording(tmp_path)
 
 
+@pytest.mark.parametrize("shift", [-3600.0, 3600.0, -START])
+def test_poses_on_another_clock_are_refused(vehicle, tmp_path, shift):
+    poses = recording_of(vehicle).poses
+    save_recording(recording_of(vehicle, poses=replace(poses, time=poses.time + shift)), tmp_path)
+    with pytest.raises(RecordingError, match=r"poses\.csv: .*clock"):
+        load_recording(tmp_path)
+
+
 def test_recordings_made_elsewhere_load_and_survive_being_saved(shared_data, tmp_path):
     folders = sorted((shared_data / "concealed").glob("*/*/"))
     assert len(folders) >= 14

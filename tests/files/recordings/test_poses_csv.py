@@ -38,6 +38,13 @@ def test_empty_cells_are_unknown_and_pi_may_be_rounded(tmp_path):
     assert np.isnan(poses.sigma[0]).tolist() == [True, False, True]
 
 
+def test_poses_are_in_order_of_time_however_the_file_has_them(tmp_path):
+    (tmp_path / "poses.csv").write_text(f"{HEADER}0,a,1,,,,,\n2,a,3,,,,,\n0,b,2,,,,,\n2,b,4,,,,,\n")
+    poses = read_poses(tmp_path / "poses.csv")
+    assert (poses.time.tolist(), "".join(poses.body)) == ([0.0, 0.0, 2.0, 2.0], "abab")
+    assert poses.pose[:, 0].tolist() == [1.0, 2.0, 3.0, 4.0]
+
+
 def test_poses_without_any_line_are_none_of_them(tmp_path):
     (tmp_path / "poses.csv").write_text(HEADER)
     assert read_poses(tmp_path / "poses.csv").pose.shape == (0, 3)
@@ -57,7 +64,7 @@ numbers = st.one_of(st.just(np.nan), st.floats(-1e6, 1e6))
             st.floats(0, 1),
         ),
         max_size=10,
-    )
+    ).map(lambda rows: sorted(rows, key=lambda row: row[0]))
 )
 def test_poses_are_written_with_every_digit(tmp_path, rows):
     poses = Poses(

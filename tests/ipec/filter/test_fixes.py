@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.fixes import fix_records
+from omnimate.ipec.filter.fixes import UNSTATED_SIGMA, fix_records
 from omnimate.ipec.filter.live import Filter, FilteredState
 from omnimate.ipec.filter.poses import fill_pose, fill_pose_jacobian
 from omnimate.ipec.filter.records import HYPOTHESIS_COUNT, LENGTH, STATES, FilterState, OpenFilter
@@ -75,8 +75,8 @@ def test_a_fix_never_makes_a_state_less_certain_and_keeps_the_covariance_symmetr
 @given(seeds, trucks)
 def test_a_fix_without_a_measurement_changes_nothing(seed, truck):
     states, filters = state_by(seed)
-    for pose, sigma in (([np.nan] * 3, [0.1] * 3), ([0.0] * 3, [np.nan] * 3)):
-        after, after_filters = fix((states, filters), truck, pose, sigma)
+    for sigma in ([0.1] * 3, [np.nan] * 3):
+        after, after_filters = fix((states, filters), truck, [np.nan] * 3, sigma)
         assert after["mean"][0] + after_filters["offset"][0] == pytest.approx(states["mean"][0], abs=1e-12)
         assert np.array_equal(after_filters["covariance"], filters["covariance"])
 
@@ -113,3 +113,10 @@ def test_each_fix_belongs_to_the_last_sample_before_it_and_unmeasured_ones_are_l
     expected = sorted(min(max(int(np.floor(time)), 0), 9) for time in known)
     assert records["sample"].tolist() == expected
     assert (records["sigma"] > 0.0).all()
+
+
+def test_a_fix_that_states_no_sigma_has_the_one_that_is_assumed():
+    robot, sigma = reference_vehicle(), np.array([[0.001, np.nan, np.nan]])
+    recording = Recording(robot, np.arange(10.0), np.zeros((10, 7), np.int64), np.ones((10, 7), bool))
+    fixes = Poses(np.array([5.0]), np.array(["a"]), np.ones((1, 3)), sigma)
+    assert fix_records(recording, fixes)["sigma"].tolist() == [[0.001, *UNSTATED_SIGMA[1:]]]

@@ -28,6 +28,17 @@ def test_a_perfect_linkage_reads_what_the_trajectory_says_just_before_and_after(
     assert np.abs(off).max() < 1e-9
 
 
+def test_signals_do_not_depend_on_the_order_of_the_encoders_in_the_file(drive):
+    recording = drive(laps=1)
+    vehicle = replace(recording.vehicle, encoders=recording.vehicle.encoders[::-1])
+    turned = replace(
+        recording, vehicle=vehicle, counts=recording.counts[:, ::-1], present=recording.present[:, ::-1]
+    )
+    one, other = signals_of(recording), signals_of(turned)
+    assert one.resolution.tolist() == other.resolution.tolist()
+    assert np.array_equal(one.path, other.path)
+
+
 def test_frames_that_are_missing_do_not_make_a_wheel_stand_still(drive):
     recording = drive(laps=1)
     channel = recording.vehicle.channels.index("a.left")

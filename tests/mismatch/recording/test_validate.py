@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 from omnimate.mismatch import diagnose
+from omnimate.motion.paths import figure_eight
+from omnimate.vcan_sim.reference import reference_single
+from omnimate.vcan_sim.simulate import simulate
+from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.recording import Lap, Poses, Run
 
@@ -69,6 +73,19 @@ def test_poses_on_another_clock_are_refused(plain):
     poses = Poses(plain.poses.time + 1e6, plain.poses.body, plain.poses.pose, plain.poses.sigma)
     with pytest.raises(RecordingError, match="another clock"):
         diagnose([replace(plain, poses=poses)])
+
+
+def test_no_recording_is_refused():
+    with pytest.raises(RecordingError, match="expected one or more"):
+        diagnose([])
+
+
+def test_a_single_truck_whose_file_of_poses_is_empty_is_insufficient():
+    robot = reference_single()
+    recording = simulate(robot, Truth(robot), figure_eight(1.0, 1))
+    diagnosis = diagnose([replace(recording, poses=recording.poses.select(np.zeros(0, np.int64)))])
+    assert (diagnosis.verdict, diagnosis.findings) == ("insufficient", ())
+    assert "poses.csv" in diagnosis.says
 
 
 def test_laps_of_another_drive_are_refused(plain):
