@@ -136,7 +136,7 @@ def fitted(
     for single, at in zip(every, own, strict=True):
         known[at] = known[at] if single.held is None else single.held
     prior = prior_of(every, count)
-    held = np.diag(np.repeat([HELD if single.held is not None else 0.0 for single in every], widths))
+    held = held_of(every)
     for turn in range(turns + 1):
         effects = tuple(single.built(known[at]) for single, at in zip(every, own, strict=True))
         if turn == 0 and start is not None and start.regression.base == effects:
@@ -171,6 +171,11 @@ def fitted(
 
     chosen, calibrated = acting(slice(count), slice(width)), acting(slice(count, None), slice(width, None))
     return Fitted(regression, chosen, calibrated, nuisance)
+
+
+def held_of(terms: Sequence[Term]) -> Array:
+    """Return the precision (K, K) that holds coefficients whose size is known while the others are fitted."""
+    return np.diag([HELD if single.held is not None else 0.0 for single in terms for _ in single.probes])
 
 
 def prior_of(terms: Sequence[Term], count: int) -> Array:

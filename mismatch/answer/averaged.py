@@ -1,70 +1,59 @@
 """A calibration whose numbers count as much as the recordings need them.
 
-Where a drive hardly tells a truck's numbers, those of `vehicle.toml` lead as well as a fit does. Between the
-robot as described and the calibrated one, both as likely a priori, the answer is the mean of the two, each
-weighed by its probability (Bayesian model averaging: Hoeting, Madigan, Raftery and Volinsky, Statistical
-Science 1999).
+Where a drive hardly tells a truck's numbers, those of `vehicle.toml` lead as well as a fit does. The answer
+is the mean over how far numbers may be off, each weighed by its probability (Bayesian model averaging:
+Hoeting, Madigan, Raftery and Volinsky, Statistical Science 1999).
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import expit, logsumexp
+from scipy.special import softmax
 
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.evidence.density import log_evidence
-from omnimate.mismatch.fit import prior_of
+from omnimate.mismatch.fit import held_of, prior_of
 
 if TYPE_CHECKING:
     from omnimate.mismatch.fit import Acting, Fitted
-    from omnimate.vehicle.se2 import Array
 
-# Declared ones, of what a robot that was never calibrated is off by: per cent to per mille.
-SIZES = (1.0, 0.3, 0.1)
+# How far [declared sizes] numbers are off, standard deviations: those of a robot that is as described, to a
+# third of a per mille, and, together as likely, of one that was never calibrated. Declared.
+SIZES = np.array([0.03, 0.1, 0.3, 1.0])
+SHARES = np.array([3.0, 1.0, 1.0, 1.0]) / 6.0
 
 
 def averaged(fit: Fitted) -> Acting:
-    """Return what is calibrated beside the findings; how references are mounted is as fitted."""
+    """Return what is calibrated beside the findings, with the covariance of the mean over sizes."""
     acting = fit.calibrated
-    numbers = [number for number, term in enumerate(acting.terms) if not term.is_setup]
-    if not numbers:
+    if not acting.terms:
         return acting
-    share = _needed(fit, numbers)
-    values, effects, covariance = list(acting.values), list(acting.effects), acting.covariance.copy()
-    parts = slices_of(map(len, acting.values))
-    inside = np.concatenate([np.arange(parts[number].start, parts[number].stop) for number in numbers])
-    fitted = np.concatenate(acting.values)[inside]
-    block = np.ix_(inside, inside)
-    covariance[block] = share * covariance[block] + share * (1.0 - share) * np.outer(fitted, fitted)
-    for number in numbers:
-        values[number] = share * values[number]
-        effects[number] = acting.terms[number].built(values[number])
-    return replace(acting, values=tuple(values), effects=tuple(effects), covariance=covariance)
-
-
-def _needed(fit: Fitted, numbers: list[int]) -> float:
-    """Return the probability of the robot with calibrated numbers, against the one that is described."""
-    everything = list(fit.everything())
+    everything, first = list(fit.everything()), len(fit.chosen.terms)
     columns, data = fit.linear_model(fit.rows)
-    widths = [len(values) for _, _, values in everything]
-    first = len(fit.chosen.terms)
-    without = np.repeat([at - first not in numbers for at in range(len(everything))], widths)
-    prior = prior_of([term for term, _, _ in everything], first)
     gram, score = columns.T @ columns, columns.T @ data
-    lesser = np.ix_(without, without)
-    gains = []
-    for size in SIZES:
-        scale = np.where(without, 1.0, size)
-        gains.append(_evidence(gram, score, prior / np.outer(scale, scale)))
-    nothing = _evidence(gram[lesser], score[without], prior[lesser])
-    return float(expit(logsumexp(gains) - math.log(len(SIZES)) - nothing))
-
-
-def _evidence(gram: Array, score: Array, prior: Array) -> float:
-    """Return the log evidence of coefficients with products (k, k) and (k,) and a prior precision (k, k)."""
-    root = np.linalg.inv(np.linalg.cholesky(prior))
-    return float(log_evidence(root @ gram @ root.T, root @ score, 1.0))
+    terms = [term for term, _, _ in everything]
+    prior, held = prior_of(terms, first), held_of(terms)
+    known = np.concatenate([values for _, _, values in everything])
+    parts = slices_of(len(values) for _, _, values in everything)
+    scales = np.ones((len(SIZES), len(gram)))
+    for term, part in zip(terms[first:], parts[first:], strict=True):
+        scales[:, part] = 1.0 if term.is_setup else SIZES[:, None]
+    inside = slice(sum(len(values) for values in fit.chosen.values), None)
+    sizes, covariances, evidence = [], [], []
+    for scale in scales:
+        precision = prior / np.outer(scale, scale)
+        root = np.linalg.inv(np.linalg.cholesky(precision))
+        covariance = np.linalg.inv(gram + precision + held)
+        sizes.append((known + covariance @ (score - (gram + precision) @ known))[inside])
+        covariances.append(covariance[inside, inside])
+        evidence.append(float(log_evidence(root @ gram @ root.T, root @ score, 1.0)))
+    weights = softmax(np.log(SHARES) + evidence)
+    mean = weights @ np.array(sizes)
+    away = np.array(sizes) - mean
+    covariance = np.einsum("s,sij->ij", weights, np.array(covariances)) + (weights * away.T) @ away
+    values = tuple(mean[part] for part in slices_of(map(len, acting.values)))
+    effects = tuple(term.built(own) for term, own in zip(acting.terms, values, strict=True))
+    return replace(acting, values=values, effects=effects, covariance=covariance)

@@ -33,8 +33,9 @@ def test_where_the_recording_needs_it_it_is_as_fitted(calibrated):
 
 
 def test_where_it_hardly_tells_the_robot_stays_more_as_it_is_described(calibrated):
-    (fitted_size, _), (size, _) = calibrated(0.0, 0.1, seed=7)
-    assert 0.0 <= size / fitted_size < 0.8
+    (_, fitted_variance), (size, variance) = calibrated(0.0, 0.1, seed=7)
+    assert variance < 0.5 * fitted_variance
+    assert abs(size) < variance**0.5
 
 
 def test_beside_a_wheel_of_the_set_the_other_of_its_axle_is_weighed_too(drive, watched, effect, usual_noise):
@@ -45,3 +46,10 @@ def test_beside_a_wheel_of_the_set_the_other_of_its_axle_is_weighed_too(drive, w
     number = [term.key for term in fit.calibrated.terms].index(("wheel_diameter", "a.right"))
     size, most = averaged(fit).values[number][0], fit.calibrated.values[number][0]
     assert 0.0 < size / most <= 1.0
+
+
+@pytest.mark.parametrize("part", [-2e-4, 1e-4, 3e-4])
+def test_the_stated_sigma_of_a_number_holds_its_true_value_however_near_it_is(calibrated, part):
+    _, (size, variance) = calibrated(part, 2e-3)
+    assert abs(size - part / 0.01) < 3.0 * variance**0.5
+    assert variance**0.5 > 0.01
