@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.linalg import block_diag
 
-from omnimate.mismatch.candidates.regression import Regression
+from omnimate.mismatch.candidates.regression import Regression, slices_of
 from omnimate.mismatch.evidence.rows import whiten_nuisances
+from omnimate.mismatch.fit import prior_of
 from omnimate.mismatch.recording.folds import folds_of
 
 if TYPE_CHECKING:
@@ -71,28 +73,32 @@ def held_out(
         without: Numbers of effects of the fit that are not fitted; `train` then has what they explained.
     """
     before = whiten_nuisances(nominal.white[:, :1], fit.nuisance)[:, 0]
-    regression = fit.regression
-    rows = fit.rows
+    regression, rows = fit.regression, fit.rows
     everything = list(enumerate(fit.everything()))
     removed = [rows[:, place] @ values for number, (_, place, values) in everything if number in without]
     train = sum(removed, rows[:, 0])
-    after = train.copy()
     kept = [acting for number, acting in everything if number not in without]
-    columns, origin = _shared(kept, rows)
+    terms, values = [term for term, _, _ in kept], [own for _, _, own in kept]
+    known, shared = _shared(terms, values)
+    chosen = sum(number not in without for number in range(len(fit.chosen.terms)))
+    prior = shared.T @ prior_of(terms, chosen) @ shared
+    columns = np.hstack([rows[:, :0], *(rows[:, place] for _, place, _ in kept)])
+    # the base already holds the fit to everything; what other folds say is a step away from it
+    target = train + columns @ (np.concatenate([known[:0], *values]) - known)
+    columns = columns @ shared
     kind = kind or _kind(regression, columns)
     stretches = tuple(folds_of(regression.windows, kind))
     folds = regression.of_rows(stretches)
-    effects, gain = [], []
+    parts = slices_of(map(len, values))
+    after, effects, gain = train.copy(), [], []
     for fold in range(max(int(own.max()) for own in stretches) + 1):  # nothing may be measured in some
         mine = folds == fold
         others = columns[~mine]
-        # the base already holds the fit to everything; what other folds say is a step away from it
-        target = train[~mine] + others @ origin
-        precision = others.T @ others + np.eye(columns.shape[1])
-        known = np.linalg.solve(precision, others.T @ target)
-        after[mine] = train[mine] - columns[mine] @ (known - origin)
+        sizes = np.linalg.solve(others.T @ others + prior, others.T @ target[~mine])
+        after[mine] = target[mine] - columns[mine] @ sizes
         gain.append(0.5 * float((before[mine] ** 2 - after[mine] ** 2).sum()))
-        effects.append(_built(kept, known))
+        fitted = known + shared @ sizes
+        effects.append(tuple(term.built(fitted[part]) for term, part in zip(terms, parts, strict=True)))
     return HeldOut(before, train, after, np.array(gain), tuple(effects), kind, stretches)
 
 
@@ -123,39 +129,17 @@ def _kind(fitted: Regression, columns: Array) -> Kind:
     return "moments"
 
 
-def _shared(acting: Sequence[tuple[Term, slice, Array]], rows: Array) -> tuple[Array, Array]:
-    """Return columns (V, k) of rows, all events of a wheel in one, and the coefficients (k,) of the base."""
-    columns, origin = [], []
-    for term, place, values in acting:
-        own = rows[:, place]
-        if term.is_unknown:
-            continue  # no other moment tells what one push was
-        if term.is_event and own.shape[1] > 1:
-            mean = float(values.mean())
-            shape = values / mean if abs(mean) > 1e-9 else np.ones_like(values)
-            columns.append((own * shape).sum(axis=1))
-            origin.append(mean)
-        else:
-            columns += list(own.T)
-            origin += values.tolist()
-    if not columns:
-        return np.zeros((len(rows), 0)), np.zeros(0)
-    return np.stack(columns, axis=1), np.array(origin)
+def _shared(terms: Sequence[Term], values: Sequence[Array]) -> tuple[Array, Array]:
+    """Return coefficients (K,) that no other stretch tells, and how the others depend on shared ones, (K, k).
 
-
-def _built(acting: Sequence[tuple[Term, slice, Array]], shared: Array) -> tuple[Effect, ...]:
-    """Return the effects that shared coefficients (k,) stand for."""
-    effects, at = [], 0
-    for term, _, values in acting:
-        if term.is_unknown:
-            effects.append(term.built(values))
-        elif term.is_event and len(values) > 1:
-            effects.append(term.built(np.full(len(values), shared[at])))
-            at += 1
-        else:
-            effects.append(term.built(shared[at : at + len(values)]))
-            at += len(values)
-    return tuple(effects)
+    All events of a wheel have one size in common; nothing but its own moment tells what a push was.
+    """
+    known, shared = [np.zeros(0)], []
+    for term, own in zip(terms, values, strict=True):
+        known.append(own if term.is_unknown else np.zeros(len(own)))
+        equal = np.ones((len(own), 1)) if term.is_event else np.eye(len(own))
+        shared.append(equal[:, : 0 if term.is_unknown else None])
+    return np.concatenate(known), block_diag(np.zeros((0, 0)), *shared)
 
 
 def size(rows: Array) -> float:

@@ -9,8 +9,8 @@ from scipy.stats import chi2
 
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.diagnosis import Parameter, Repeats
-from omnimate.mismatch.evidence.density import MEMBER_SIZE
 from omnimate.mismatch.evidence.rows import whiten_nuisances
+from omnimate.mismatch.fit import prior_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,7 +45,8 @@ def _alone(fit: Fitted, recording: int) -> list[Estimate]:
     """Return every effect's coefficients and their covariance by one recording, all being fitted to it."""
     mine = fit.regression.owner == recording
     columns, data = fit.linear_model(whiten_nuisances(fit.regression.white[mine], fit.nuisance[mine]))
-    precision = columns.T @ columns + np.eye(columns.shape[1]) / MEMBER_SIZE**2
+    prior = prior_of([term for term, _, _ in fit.everything()], len(fit.chosen.terms))
+    precision = columns.T @ columns + prior
     covariance: Array = np.linalg.inv(precision).astype(np.float64)
     own: Array = covariance @ (columns.T @ data)
     parts = slices_of(len(values) for _, _, values in fit.everything())

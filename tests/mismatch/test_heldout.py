@@ -10,27 +10,45 @@ from omnimate.mismatch.fit import fitted
 from omnimate.mismatch.heldout import held_out, nominal_of
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.vehicle.parameters import Truck
-from omnimate.vehicle.recording import Poses, Recording
+from omnimate.vehicle.recording import Lap, Poses, Recording, Run
 from tests.mismatch.conftest import USUAL
 
 PERIOD, SAMPLES = 0.05, 2400
 ROBOT = single_truck("robot", Truck(0.2, 0.084, 0.084), 2796.8, PERIOD)
 
 
-def test_poses_of_the_first_half_only_are_held_out_in_its_stretches():
+def recorded(turn, speed, wheelbase=0.2, every=20, until=SAMPLES, seed=3):
+    """Return a drive with turn rates [rad/s] and speeds [m/s] (N,) of a robot with a wheelbase [m]."""
+    chance = np.random.default_rng(seed)
     time = PERIOD * np.arange(SAMPLES)
-    speed, turn = 0.2 + 0.1 * np.sin(0.3 * time), 0.5 * np.sin(0.11 * time)
-    ways = np.cumsum(np.stack([speed - 0.1 * turn, speed + 0.1 * turn], axis=1) * PERIOD, axis=0)
-    counts = np.rint(ways / abs(ROBOT.metres_per_count("a.left"))).astype(np.int64)
+    ways = np.stack([speed - 0.5 * wheelbase * turn, speed + 0.5 * wheelbase * turn], axis=1) * PERIOD
+    ways += 3e-4 * np.sqrt(np.abs(ways)) * chance.normal(size=ways.shape)
+    counts = np.rint(np.cumsum(ways, axis=0) / abs(ROBOT.metres_per_count("a.left"))).astype(np.int64)
     heading = np.cumsum(turn * PERIOD)
     path = np.cumsum(speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1) * PERIOD, axis=0)
-    seen = np.arange(0, SAMPLES // 2, 200)
+    seen = np.arange(0, until, every)
     pose = np.column_stack([path, heading])[seen]
-    pose += 2e-3 * np.random.default_rng(3).normal(size=pose.shape)
+    pose += 2e-3 * chance.normal(size=pose.shape)
     poses = Poses(time[seen], np.full(len(seen), "a"), pose, np.full(pose.shape, 2e-3))
-    answer = diagnose([Recording(ROBOT, time, counts, np.ones(counts.shape, bool), poses)])
+    run = Run("free", None, (Lap("none", time[0], time[-1]),))
+    return Recording(ROBOT, time, counts, np.ones(counts.shape, bool), poses, run)
+
+
+def test_poses_of_the_first_half_only_are_held_out_in_its_stretches():
+    time = PERIOD * np.arange(SAMPLES)
+    turn, speed = 0.5 * np.sin(0.11 * time), 0.2 + 0.1 * np.sin(0.3 * time)
+    answer = diagnose([recorded(turn, speed, every=200, until=SAMPLES // 2)])
     assert answer.fit is not None
     assert answer.fit.heldout.before < 2.0
+
+
+def test_circles_to_either_side_say_of_each_other_that_the_wheelbase_is_wrong():
+    """Those to one side alone do not tell it from unequal wheels, which are the rarer fault."""
+    turn, speed = np.full((2, SAMPLES), [[0.4], [0.2]])
+    answer = diagnose([recorded(turn, speed, 0.204), recorded(-turn, speed, 0.204, seed=4)])
+    assert [finding.key for finding in answer.findings] == [("wheelbase", "a")]
+    assert answer.fit is not None
+    assert answer.fit.heldout.after < 1.2
 
 
 def test_a_fit_without_any_of_its_effects_predicts_what_the_robot_as_described_does(drive, effect):
