@@ -37,10 +37,7 @@ _LEAST = 3  # stretches from which a root mean square is worth showing
 def rerun(regression: Regression, residuals: HeldOut, mounted: Sequence[Effect]) -> dict[str, Change]:
     """Return of each channel the open-loop mismatch, root mean square, without and with effects.
 
-    Args:
-        regression: whose recordings to take.
-        residuals: with the folds, and the effects fitted without each of them.
-        mounted: how references are mounted, which the robot as described has, too.
+    Effects are those fitted without each fold; the robot as described has its references `mounted`, too.
     """
     before: dict[str, list[Array]] = {}
     after: dict[str, list[Array]] = {}

@@ -45,33 +45,20 @@ _STARTS = (1.0, 2.0, 0.5)  # of the fit, for effective over nominal wheelbase
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Best explanation of one truck's odometry, where it disagrees with the poses.
-
-    Attributes:
-        truck: Name of the truck.
-        wiring: Most probable wiring.
-        equals: Other wirings that explain the poses equally well.
-        probability: Probability of the wiring and its equals, among all.
-        scrubs: Probability that the wheelbase is as described and grows with curvature, against another one.
-        ratios: Effective over nominal left diameter, right diameter and wheelbase, `(3,)`.
-        sigmas: Their standard deviations, by the jackknife over stretches, `(3,)`.
-        nominal: Error of the robot as described, root mean square over stretches of 5 s [m].
-        train: Likewise with the wiring and the ratios.
-        heldout: Likewise, each stretch with ratios fitted to others.
-        shares: Fractions of the explained mean square that are lost without each of the three ratios, and
-            without the wiring, `(4,)`.
-    """
+    """Best explanation of one truck's odometry, where it disagrees with the poses."""
 
     truck: TruckName
-    wiring: Wiring
-    equals: tuple[Wiring, ...]
-    probability: float
-    scrubs: float
-    ratios: Array
-    sigmas: Array
-    nominal: float
-    train: float
-    heldout: float
+    wiring: Wiring  # most probable wiring
+    equals: tuple[Wiring, ...]  # other wirings that explain the poses equally well
+    probability: float  # probability of the wiring and its equals, among all
+    scrubs: float  # probability that the wheelbase is as described, and grows with curvature
+    ratios: Array  # effective over nominal left diameter, right diameter and wheelbase, `(3,)`
+    sigmas: Array  # their standard deviations, by the jackknife over stretches, `(3,)`
+    nominal: float  # error of the robot as described, root mean square over stretches of 5 s [m]
+    train: float  # likewise with the wiring and the ratios
+    heldout: float  # likewise, each stretch with ratios fitted to others
+    # fractions of the explained mean square that are lost without each of the three ratios, and without the
+    # wiring, `(4,)`
     shares: Array
 
     @property

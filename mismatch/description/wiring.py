@@ -15,15 +15,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """Assignment of the encoders of one truck to its wheels, and their signs.
+    """Assignment of the encoders of one truck to its wheels, and their signs."""
 
-    Attributes:
-        exchanged: Whether left and right are exchanged.
-        backward: Whether the (left, right) wheel counts down when it rolls forward.
-    """
-
-    exchanged: bool = False
-    backward: tuple[bool, bool] = (False, False)
+    exchanged: bool = False  # whether left and right are exchanged
+    backward: tuple[bool, bool] = (False, False)  # which of (left, right) counts down if it rolls forward
 
     @property
     def faults(self) -> int:

@@ -29,34 +29,21 @@ MAX_TERMS, MAX_CURVES = 4, 2  # in a law
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """A candidate with one of its hyperparameters.
+    """A candidate with one of its hyperparameters."""
 
-    Attributes:
-        candidate: A term or a curve.
-        members: Numbers of its columns, shape `(b,)`.
-        spread: Prior standard deviations of their coefficients, shape `(b,)`.
-        price: Minus the log of its probability among all options of all kinds [nat].
-    """
-
-    candidate: Candidate
-    members: NDArray[np.int64]
-    spread: Array
-    price: float
+    candidate: Candidate  # a term or a curve
+    members: NDArray[np.int64]  # numbers of its columns, shape `(b,)`
+    spread: Array  # prior standard deviations of their coefficients, shape `(b,)`
+    price: float  # minus the log of its probability among all options of all kinds [nat]
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A law as a set of candidates.
+    """A law as a set of candidates."""
 
-    Attributes:
-        options: Options in the order in which they were chosen; empty for no law.
-        score: Log evidence against no law, less the prices of the options [nat].
-        gain: Log density of each fold, predicted from the others, minus that without a law, shape `(K,)`.
-    """
-
-    options: tuple[Option, ...]
-    score: float
-    gain: Array
+    options: tuple[Option, ...]  # options in the order in which they were chosen; empty for no law
+    score: float  # log evidence against no law, less the prices of the options [nat]
+    gain: Array  # log density of each fold, predicted from the others, minus that without a law, shape `(K,)`
 
     @property
     def members(self) -> NDArray[np.int64]:
@@ -70,14 +57,10 @@ class Choice:
 
 
 def options_of(candidates: Sequence[Candidate], scale: float) -> list[Option]:
-    """Return every candidate with each of its hyperparameters.
+    """Return every candidate, in the order of their columns, with each of its hyperparameters.
 
     All kinds of candidates have the same prior probability, and so have all options of one kind: the constant
-    is not one among a hundred products.
-
-    Args:
-        candidates: Candidates in the order of their columns.
-        scale: A-priori size of the law, in its unit.
+    is not one among a hundred products. `scale` is the a-priori size of the law, in its unit.
     """
     many = Counter(candidate.kind for candidate in candidates for _ in candidate.spreads)
     options, at = [], 0

@@ -29,30 +29,20 @@ NOISE_TOLERANCE = 1.05  # [1] a smaller excess of the noise changes no evidence 
 
 @dataclass(frozen=True, slots=True)
 class LearnedLaw:
-    """A law, and its gain on held-out data.
+    """A law, and its gain on held-out data."""
 
-    Attributes:
-        effects: One effect with a formula, or one with a curve for each variable.
-        texts: For each coefficient of a formula the text that it multiplies; empty for curves.
-        coefficients: Values of the coefficients of a formula, shape `(c,)`.
-        gain: Log density of each fold, predicted by a law chosen and fitted without it, minus that without a
-            law, shape `(K,)` [nat].
-    """
-
-    effects: tuple[Law, ...]
-    texts: tuple[str, ...]
-    coefficients: Array
+    effects: tuple[Law, ...]  # one effect with a formula, or one with a curve for each variable
+    texts: tuple[str, ...]  # for each coefficient of a formula the text that it multiplies; empty for curves
+    coefficients: Array  # values of the coefficients of a formula, shape `(c,)`
+    # log density of each fold, predicted by a law chosen and fitted without it, minus that without a law,
+    # shape `(K,)` [nat]
     gain: Array
 
     @classmethod
     def of(cls, choice: Choice, products: Products, null: Law, gain: Array) -> Self:
         """Return a chosen law as effects.
 
-        Args:
-            choice: Terms or curves; at least one.
-            products: Products of the rows, in units of the noise.
-            null: Law of the component and the quantity, without a formula or a curve.
-            gain: Attribute of the law.
+        Products are in units of the noise; `null` is the law without a formula or a curve.
         """
         values, _ = products.posterior(choice.members, choice.spread)
         terms = [option.candidate for option in choice.options if isinstance(option.candidate, Term)]
