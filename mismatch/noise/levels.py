@@ -131,24 +131,17 @@ def open_loop_variance(windows: Windows, noise: NoiseLevels, edges: Sequence[int
 
 def _motion(windows: Windows, noise: NoiseLevels) -> tuple[Array, Array, Array]:
     """Return transitions and process covariances, `(M, n, n)`, and the covariance of the start, `(n, n)`."""
-    transition, start = windows.transition.copy(), _start_covariance(windows)
-    waves = _wave_states(windows)
+    transition, process = windows.transition.copy(), windows.rounding.copy()
+    start, poses, waves = _start_covariance(windows), windows.floor.shape[1], _wave_states(windows)
     decay, mean_square = _wave_moments(windows, noise.wave)
     transition[:, waves, waves] = decay
     start[waves, waves] = noise.waviness**2 * mean_square.max(axis=0)
-    return transition, _process_covariance(windows, noise, decay, mean_square), start
-
-
-def _process_covariance(windows: Windows, noise: NoiseLevels, decay: Array, mean_square: Array) -> Array:
-    """Return the process covariance of each window, `(M, n, n)`, with the `_wave_moments` of its waves."""
-    poses, waves = windows.floor.shape[1], _wave_states(windows)
-    process = windows.rounding.copy()
     process[:, :poses, :poses] += noise.roughness**2 * windows.floor + noise.creep**2 * windows.creep
     process[:, :poses, :poses] += noise.sway**2 * windows.sway
     moving = windows.rolled.sum(axis=1) > 0.0
     process[:, range(poses), range(poses)] += LINEARISATION_NOISE**2 * moving[:, None]
     process[:, waves, waves] = noise.waviness**2 * mean_square * (1.0 - decay**2)
-    return np.asarray(process)
+    return transition, process, start
 
 
 def _wave_states(windows: Windows) -> NDArray[np.int64]:
