@@ -182,7 +182,7 @@ class ConditionalFit:
         return np.hstack(parts)
 
     def _nearly_cancels(self, sizes_with: Array) -> bool:
-        """Say whether a candidate nearly cancels a member, whose size (n,) with it is then implausible.
+        """Say whether a candidate nearly cancels a member, whose size with it (n,) becomes implausible.
 
         Such a pair would fit the difference of their two laws, neither of which is exact.
         """

@@ -39,7 +39,7 @@ def log_evidence(gram: Array, score: Array, size: float) -> Array:
 def without_background_prior(gram: Array, score: Array, sizes: Array) -> tuple[Array, Array]:
     """Return products (..., k, k) and (..., k) of columns for a robot without some background.
 
-    Given are those with the s background columns after them, whose coefficients have sizes `(..., s)`.
+    Given are products with s background columns after them, whose coefficients have sizes `(..., s)`.
     """
     count = gram.shape[-1] - sizes.shape[-1]
     if gram.shape[-1] == count:
@@ -57,8 +57,7 @@ def without_background_prior(gram: Array, score: Array, sizes: Array) -> tuple[A
 def background_log_bayes_factor(gram: Array, score: Array, sizes: Array, spread: float = 1.0) -> Array:
     """Return the log Bayes factor (...) of a background, which whitening took for noise, against none of it.
 
-    Given are its columns' products (..., s, s) and (..., s), its coefficients' sizes, and noise's
-    overdispersion.
+    Given are products (..., s, s) and (..., s) of its columns, coefficients' sizes, and an overdispersion.
     """
     if sizes.shape[-1] == 0:
         return np.zeros(gram.shape[:-2])

@@ -70,8 +70,7 @@ class Products:
     def posterior(self, members: NDArray[np.int64], spread: Array, training: int = 0) -> tuple[Array, Array]:
         """Return the coefficients `(w,)` of one model and their covariance `(w, w)`.
 
-        `spread` (w,) has prior standard deviations; `training` is 0 for all folds, and k for all but fold k -
-        1.
+        `spread` (w,) has prior deviations; `training` is 0 for all folds, and k for all but fold k - 1.
         """
         gram, cross = (total[training] for total in self.sums)
         matrix, vector = _standard(gram[np.ix_(members, members)], cross[members], spread)
