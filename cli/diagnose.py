@@ -99,7 +99,7 @@ def _write(
     if json_out is not None:
         _write_json(json_out, diagnosis.as_json())
     if report is not None:
-        from omnimate.mismatch.report import render
+        from omnimate.mismatch.report.page import render
 
         write_text(report, render(diagnosis))
     if effects_out is not None:

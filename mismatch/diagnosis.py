@@ -43,19 +43,12 @@ def _by_name(parameters: tuple[Parameter, ...]) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One parameter of an effect, as estimated.
+    """One parameter of an effect, as estimated."""
 
-    Attributes:
-        name: As in the vocabulary.
-        value: A number, or one for each event.
-        sigma: Standard deviation of the estimate, likewise.
-        unit: SI; "1" for a ratio.
-    """
-
-    name: str
-    value: float | tuple[float, ...]
-    sigma: float | tuple[float, ...]
-    unit: str
+    name: str  # as in the vocabulary
+    value: float | tuple[float, ...]  # a number, or one for each event
+    sigma: float | tuple[float, ...]  # standard deviation of the estimate, likewise
+    unit: str  # SI; "1" for a ratio
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,33 +62,23 @@ class Alternative:
 
 @dataclass(frozen=True, slots=True)
 class Where:
-    """Where and when a mismatch is seen.
+    """Where and when a mismatch is seen."""
 
-    Attributes:
-        channels: Channels on which it shows, strongest first.
-        intervals: (start, end) on the recording's clock [s]; empty where it acts all the time.
-        regime: Regime of the drive in which it shows, in words.
-        laps: Numbers of the laps from 0, over all recordings in their order, in which it acts; empty for all.
-        places: (x, y) on the floor [m] in the middle of each interval.
-    """
-
-    channels: tuple[str, ...] = ()
+    channels: tuple[str, ...] = ()  # channels on which it shows, strongest first
+    # (start, end) on the recording's clock [s]; empty where it acts all the time
     intervals: tuple[tuple[float, float], ...] = ()
-    regime: str = ""
+    regime: str = ""  # regime of the drive in which it shows, in words
+    # numbers of the laps from 0, over all recordings in their order, in which it acts; empty for all
     laps: tuple[int, ...] = ()
-    places: tuple[tuple[float, float], ...] = ()
+    places: tuple[tuple[float, float], ...] = ()  # (x, y) on the floor [m] in the middle of each interval
 
 
 @dataclass(frozen=True, slots=True)
 class Repeats:
-    """How a finding repeats in several recordings of a robot.
+    """How a finding repeats in several recordings of a robot."""
 
-    Attributes:
-        parameter: The finding's size, by each recording alone in their order.
-        p_value: Probability that estimates differ so much, or more, where all recordings have the same size.
-    """
-
-    parameter: Parameter
+    parameter: Parameter  # the finding's size, by each recording alone in their order
+    # probability that estimates differ so much, or more, where all recordings have the same size
     p_value: float
 
     @property
@@ -150,16 +133,10 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Calibrated:
-    """Parameters that a recording with poses calibrates, whether or not they are a finding.
+    """Parameters that a recording with poses calibrates, whether or not they are a finding."""
 
-    Attributes:
-        effect: Name in the vocabulary, or `reference_offset`, how the reference is mounted.
-        component: Component that it is of.
-        parameters: The calibrated parameters.
-    """
-
-    effect: str
-    component: str
+    effect: str  # name in the vocabulary, or `reference_offset`, how the reference is mounted
+    component: str  # component that it is of
     parameters: tuple[Parameter, ...]
 
     def as_json(self) -> dict[str, Any]:
@@ -181,27 +158,18 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """Residuals of simulation against recording, without and with the findings.
+    """Residuals of simulation against recording, without and with the findings."""
 
-    Attributes:
-        metric: Definition of the residuals, in words.
-        train: Residual of the data that were fitted.
-        heldout: Residual of laps or blocks to which no parameter was fitted.
-        channels: Held-out residual of each channel.
-        gain: Held-out decrease of half the chi-square, and its standard deviation.
-        rerun: Open-loop mismatch of each channel when the simulator runs over the held-out laps from
-            the effects file alone [m, rad]: without and with the effects.
-        noise: Noise levels used, by name, with unit in the name.
-        usual_noise: Noise levels of a nominal robot; of poses, 1 is what their file states.
-    """
-
-    metric: str
-    train: Change
-    heldout: Change
-    channels: dict[str, Change] = field(default_factory=dict)
-    gain: tuple[float, float] = (0.0, 0.0)
+    metric: str  # definition of the residuals, in words
+    train: Change  # residual of the data that were fitted
+    heldout: Change  # residual of laps or blocks to which no parameter was fitted
+    channels: dict[str, Change] = field(default_factory=dict)  # held-out residual of each channel
+    gain: tuple[float, float] = (0.0, 0.0)  # held-out decrease of half the chi-square, and its sigma
+    # open-loop mismatch of each channel when the simulator runs over the held-out laps from the effects file
+    # alone [m, rad]: without and with the effects
     rerun: dict[str, Change] = field(default_factory=dict)
-    noise: dict[str, float] = field(default_factory=dict)
+    noise: dict[str, float] = field(default_factory=dict)  # noise levels used, by name, with unit in the name
+    # noise levels of a nominal robot; of poses, 1 is what their file states
     usual_noise: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -237,63 +205,38 @@ class Fit:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """The mismatch of one recording over its windows, for plots.
+    """The mismatch of one recording over its windows, for plots."""
 
-    Attributes:
-        recording: Name of the recording.
-        time: End of each window on the recording's clock, `(K,)` [s].
-        path: Positions of truck a, `(K, 2)` [m].
-        lap: Number of the lap, -1 between laps, `(K,)`.
-        before: Whitened residual of each channel without the effects; nan where not read, `(K, C)`.
-        after: Likewise with the effects, `(K, C)`.
-    """
-
-    recording: str
-    time: Array
-    path: Array
-    lap: Array
-    before: Array
-    after: Array
+    recording: str  # name of the recording
+    time: Array  # end of each window on the recording's clock, `(K,)` [s]
+    path: Array  # positions of truck a, `(K, 2)` [m]
+    lap: Array  # number of the lap, -1 between laps, `(K,)`
+    before: Array  # whitened residual of each channel without the effects; nan where not read, `(K, C)`
+    after: Array  # likewise with the effects, `(K, C)`
 
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """Signature of a finding: the mismatch against the quantity on which it depends, in bins.
+    """Signature of a finding: the mismatch against the quantity on which it depends, in bins."""
 
-    Attributes:
-        finding: Number of the finding.
-        quantity: Label of the horizontal axis, with its unit as shown.
-        channel: Label of the vertical axis.
-        at: Middle of each bin, `(B,)`.
-        found: Mean residual given all other findings, in standard deviations, `(B,)`.
-        sigma: Its standard error, `(B,)`.
-        predicted: Mean predicted by the effect's model, `(B,)`.
-    """
-
-    finding: int
-    quantity: str
-    channel: str
-    at: Array
-    found: Array
-    sigma: Array
-    predicted: Array
+    finding: int  # number of the finding
+    quantity: str  # label of the horizontal axis, with its unit as shown
+    channel: str  # label of the vertical axis
+    at: Array  # middle of each bin, `(B,)`
+    found: Array  # mean residual given all other findings, in standard deviations, `(B,)`
+    sigma: Array  # its standard error, `(B,)`
+    predicted: Array  # mean predicted by the effect's model, `(B,)`
 
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """Data for the plots of a report; not part of the JSON.
+    """Data for the plots of a report; not part of the JSON."""
 
-    Attributes:
-        channels: Names of the columns of the traces.
-        traces: One trace for each recording.
-        signatures: Signatures of the findings.
-        candidates: Every effect and component considered, with the gain in log likelihood of adding it
-            alone and its probability of being in the right set, most probable first.
-    """
-
-    channels: tuple[str, ...] = ()
-    traces: tuple[Trace, ...] = ()
+    channels: tuple[str, ...] = ()  # names of the columns of the traces
+    traces: tuple[Trace, ...] = ()  # one trace for each recording
     signatures: tuple[Signature, ...] = ()
+    # every effect and component considered, with the gain in log likelihood of adding it alone and its
+    # probability of being in the right set, most probable first
     candidates: tuple[tuple[str, str, float, float], ...] = ()
 
 

@@ -35,21 +35,13 @@ TURNS = 2  # the effects are small, and the second turn changes them by their sq
 
 @dataclass(frozen=True, slots=True)
 class Acting:
-    """Effects as they fit best.
+    """Effects as they fit best."""
 
-    Attributes:
-        terms: One for each effect, with what is not linear as found.
-        values: Coefficients of each term, `(k,)`.
-        effects: The effects that these are.
-        places: Of the terms' columns.
-        covariance: Of all coefficients, `(K, K)`.
-    """
-
-    terms: tuple[Term, ...]
-    values: tuple[Array, ...]
-    effects: tuple[Effect, ...]
-    places: tuple[slice, ...]
-    covariance: Array
+    terms: tuple[Term, ...]  # one for each effect, with what is not linear as found
+    values: tuple[Array, ...]  # coefficients of each term, `(k,)`
+    effects: tuple[Effect, ...]  # the effects that these are
+    places: tuple[slice, ...]  # of the terms' columns
+    covariance: Array  # of all coefficients, `(K, K)`
 
     def covariances(self) -> list[Array]:
         """Return the covariance of each term's coefficients."""
@@ -58,19 +50,12 @@ class Acting:
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """A set of effects, and what is calibrated in any case, as they fit best.
+    """A set of effects, and what is calibrated in any case, as they fit best."""
 
-    Attributes:
-        regression: About all of them, with the columns of their terms.
-        chosen: The set.
-        calibrated: What any recording with poses calibrates, unless it is in the set.
-        nuisance: Whitened columns of what every robot has, each of one standard deviation, `(V, n)`.
-    """
-
-    regression: Regression
-    chosen: Acting
-    calibrated: Acting
-    nuisance: Array
+    regression: Regression  # about all of them, with the columns of their terms
+    chosen: Acting  # the set
+    calibrated: Acting  # what any recording with poses calibrates, unless it is in the set
+    nuisance: Array  # whitened columns of what every robot has, each of one standard deviation, `(V, n)`
 
     @property
     def rows(self) -> Array:
@@ -116,16 +101,8 @@ def fitted(
 ) -> Fitted:
     """Return terms with their coefficients fitted, each turn about what the last one found.
 
-    What every robot has is integrated out.
-
-    Args:
-        signals: Of each recording, about the nominal robot.
-        noise: Levels of noise.
-        terms: To fit.
-        values: Of their coefficients, from which to start.
-        turns: Of Gauss-Newton.
-        start: Fit whose calibration is a good start.
-        disturbances: Of each recording, process covariances `(M, n, n)` of disturbed windows.
+    What every robot has is integrated out. The fit begins with `values`, and with the calibration of `start`.
+    `disturbances` are process covariances (M, n, n) of each recording's disturbed windows.
     """
     count, keys = len(terms), {single.key for single in terms}
     every = [single.fine() for single in terms]

@@ -35,25 +35,15 @@ _MOST = 0.8  # of what tells a parameter may lie in the stretch that is left out
 
 @dataclass(frozen=True, slots=True)
 class HeldOut:
-    """Whitened residuals, row by row.
+    """Whitened residuals, row by row."""
 
-    Attributes:
-        before: (V,) of the nominal robot.
-        train: (V,) with effects fitted to everything.
-        after: (V,) with effects fitted to the other folds.
-        gain: of each fold, by how much half the chi-square falls.
-        effects: of each fold, as fitted to the other folds.
-        kind: of stretches that were left out in turn.
-        folds: of each recording (M + 1,) the number of each window's.
-    """
-
-    before: Array
-    train: Array
-    after: Array
-    gain: Array
-    effects: tuple[tuple[Effect, ...], ...]
-    kind: Kind
-    folds: tuple[NDArray[np.int64], ...]
+    before: Array  # (V,) of the nominal robot
+    train: Array  # (V,) with effects fitted to everything
+    after: Array  # (V,) with effects fitted to the other folds
+    gain: Array  # of each fold, by how much half the chi-square falls
+    effects: tuple[tuple[Effect, ...], ...]  # of each fold, as fitted to the other folds
+    kind: Kind  # of stretches that were left out in turn
+    folds: tuple[NDArray[np.int64], ...]  # of each recording (M + 1,) the number of each window's
 
 
 def held_out(
@@ -63,14 +53,10 @@ def held_out(
 
     What every robot has is noise to both, and is integrated out of them.
 
-    Events count as one parameter for each wheel: what a bump costs is learnt from the bumps of other
-    laps, only its moment is taken from its own.
-
-    Args:
-        nominal: The recordings whitened about no effect, in the windows of the fit.
-        fit: The effects.
-        kind: Of stretches to leave out; where none is given, the longest that all parameters allow.
-        without: Numbers of effects of the fit that are not fitted; `train` then has what they explained.
+    Events count as one parameter for each wheel: what a bump costs is learnt from the bumps of other laps,
+    only its moment is taken from its own. Where no kind of stretches is given, the longest that all
+    parameters allow are left out. Effects with a number in `without` are not fitted: `train` has what they
+    explained.
     """
     before = whiten_nuisances(nominal.white[:, :1], fit.nuisance)[:, 0]
     regression, rows = fit.regression, fit.rows

@@ -56,25 +56,15 @@ MIN_ROUNDS = 2  # that are made whatever they take: the first has no unknown err
 
 @dataclass(frozen=True, slots=True)
 class Investigation:
-    """Result of the search.
+    """Result of the search."""
 
-    Attributes:
-        signals: Of each recording, about the nominal robot.
-        posterior: The candidates, about the best set's effects.
-        members: Numbers of the best set's candidates; all bumps of one wheel are one of them.
-        named: Those of them that are effects of the fit, in its order; laws come after them.
-        fit: The best set's effects.
-        unknown: Errors without a name, of which any may be left.
-        complete: Whether the search ended because the answer did not change any more, not for its budget.
-    """
-
-    signals: tuple[Signals, ...]
-    posterior: Posterior
-    members: tuple[int, ...]
-    named: tuple[int, ...]
-    fit: Fitted
-    unknown: UnknownErrors
-    complete: bool = True
+    signals: tuple[Signals, ...]  # of each recording, about the nominal robot
+    posterior: Posterior  # the candidates, about the best set's effects
+    members: tuple[int, ...]  # numbers of the best set's candidates; all bumps of one wheel are one of them
+    named: tuple[int, ...]  # those of them that are effects of the fit, in its order; laws come after them
+    fit: Fitted  # the best set's effects
+    unknown: UnknownErrors  # errors without a name, of which any may be left
+    complete: bool = True  # whether it ended because the answer did not change any more
 
 
 def investigate(
@@ -83,15 +73,7 @@ def investigate(
     progress: Progress = lambda _done, _all, _doing: None,
     budget: float | None = None,
 ) -> Investigation:
-    """Return the set of effects that explains recordings best.
-
-    Args:
-        recordings: Of one robot.
-        without: Effects to leave out of the library.
-        progress: Called with steps done, total steps, and a description.
-        budget: Processor time [s] after which no other round begins; `BUDGET`, in proportion to the samples,
-            where none is given.
-    """
+    """Return the set of effects that explains recordings best; for the arguments see `diagnose`."""
     progress(0, PROGRESS_STEPS, "noise levels of the nominal robot")
     signals = tuple(signals_of(recording) for recording in recordings)
     excluded = set(without)
@@ -250,13 +232,8 @@ def posterior_with_background(
 ) -> Posterior:
     """Return candidates with the background of every robot, whose columns are added to the regression.
 
-    The data are shifted back to those of the nominal robot.
-
-    Args:
-        regression: With the candidates' columns.
-        terms: The candidates.
-        places: Where each one's columns are.
-        shift: Part of the data that the base of the regression explains, `(V,)`.
+    The data are shifted back to those of the nominal robot. `shift` (V,) is the part of them that the base of
+    the regression explains.
     """
     numbers: list[int] = []
     sizes: list[float] = []
@@ -336,11 +313,8 @@ def startup_nuisances(library: Sequence[Term], signals: Sequence[Signals]) -> li
 def whiten_with_estimated_noise(regression: Regression, *, roughly: bool = False) -> Regression:
     """Estimate noise levels of an uncalibrated robot by maximum likelihood; return the regression with them.
 
-    Two passes: all windows, then all with disturbed ones down-weighted (a one-step M-estimator).
-
-    Args:
-        regression: Of the nominal robot, with the columns of nuisances.
-        roughly: Whether one pass, one length of the floor's waves and a coarse tolerance will do.
+    Two passes: all windows, then all with disturbed ones down-weighted (a one-step M-estimator). Roughly, one
+    pass, one length of the floor's waves and a coarse tolerance will do.
     """
     waves, tolerance = ((regression.noise.wave,), ROUGH) if roughly else (WAVES, FINE)
     if not roughly:

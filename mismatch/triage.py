@@ -68,28 +68,18 @@ MAX_BLOCK_FRACTION = 0.25  # of all blocks; in more, it acts all along the drive
 
 @dataclass(frozen=True, slots=True)
 class Triage:
-    """Triage of recordings of one robot.
+    """Triage of recordings of one robot."""
 
-    Attributes:
-        verdict: agreement, mismatch or insufficient.
-        says: The verdict in a sentence; for "insufficient", what to record.
-        robot: Name of the vehicle.
-        recordings: Names of the recordings, in order.
-        probability: Probability of any mismatch; from 0.5 on the verdict is a mismatch.
-        where: The signals on which it shows, and the blocks of time that hold half of it; no interval where
-            it acts all along the drive.
-        closest: Effects that explain it best, each considered alone, most probable first.
-        heldout: Gain in log density of held-out data by the best of them [nat].
-    """
-
-    verdict: Verdict
-    says: str
-    robot: str
-    recordings: tuple[str, ...]
-    probability: float = 0.0
+    verdict: Verdict  # agreement, mismatch or insufficient
+    says: str  # the verdict in a sentence; for "insufficient", what to record
+    robot: str  # name of the vehicle
+    recordings: tuple[str, ...]  # names of the recordings, in order
+    probability: float = 0.0  # probability of any mismatch; from 0.5 on the verdict is a mismatch
+    # the signals on which it shows, and the blocks of time that hold half of it; no interval where it acts
+    # all along the drive
     where: Where = field(default_factory=Where)
-    closest: tuple[Alternative, ...] = ()
-    heldout: float = 0.0
+    closest: tuple[Alternative, ...] = ()  # that explain it best alone, the most probable first
+    heldout: float = 0.0  # gain in log density of held-out data by the best of them [nat]
 
     def as_json(self) -> dict[str, Any]:
         """Return the JSON object."""
@@ -242,13 +232,7 @@ def _says(seen: Where, closest: Sequence[Alternative]) -> str:
 
 
 def _where(regression: Regression, before: Array, part: Array) -> Where:
-    """Return where and when a candidate explains the residual.
-
-    Args:
-        regression: Regression of the recordings.
-        before: Whitened residual of the data without the candidate, `(V,)`.
-        part: Part of it that the candidate explains, `(V,)`.
-    """
+    """Return where and when a candidate explains a part (V,) of a whitened residual (V,)."""
     intervals = _intervals(regression, before**2 - (before - part) ** 2)
     signals = [windows.signals for windows in regression.windows]
     return Where(

@@ -23,26 +23,17 @@ UNUSUAL = 0.05  # declared: one change in twenty that robots in use show is call
 
 @dataclass(frozen=True, slots=True)
 class RollingError:
-    """How much more per turn a wheel rolls than it should, where that is not constant.
+    """How much more per turn a wheel rolls than it should, where that is not constant."""
 
-    Attributes:
-        begin: At the beginning of a recording, as a share.
-        end: The same at its end.
-    """
-
-    begin: float
-    end: float
+    begin: float  # at the beginning of a recording, as a share
+    end: float  # the same at its end
 
 
 def changing_error(fit: Fitted, number: int) -> RollingError | None:
-    """Return the error of a wheel's number where it changes; None if one number holds for the whole drive.
+    """Return the error of a wheel's number, effect `number` of a fit, if it changes; None if it does not.
 
     A number that is wrong is wrong all the time. If the wheel had its nominal size for a part of the drive,
     and changed more than tyres do that warm up, no constant says what is wrong.
-
-    Args:
-        fit: With the effect.
-        number: Of the effect in the fit.
     """
     term, effect = fit.chosen.terms[number], fit.chosen.effects[number]
     if not (term.is_calibrated and isinstance(effect, WheelEffect)):

@@ -36,15 +36,9 @@ def surest_names(
 
     A name is doubted where the fit does not explain the data; where what predicts the leftover, or the other
     laws, which are not exact, may explain as much; and on a component with a lasting error without a name, of
-    which it may be a part. A push is doubted where events have a name: it may be one more of them.
-
-    Args:
-        found: The best set, and its fit.
-        parts: What each effect explains of the data, `(V,)`.
-        after: Data without all that is explained, `(V,)`.
-        explained: Share of the mismatch's square that it explains.
-        left: What the fit leaves and can be predicted.
-        residual: Held-out residual with the effects.
+    which it may be a part. A push is doubted where events have a name: it may be one more of them. `parts`
+    (V,) are what each effect explains of the data, `explained` their shares of the mismatch's square, `after`
+    (V,) the data without all of them, and `residual` is the held-out residual.
     """
     terms = found.fit.chosen.terms
     nameless = {found.posterior.terms[member].component for member in _lasting(found)}
@@ -83,10 +77,7 @@ def _lasting(found: Investigation) -> set[int]:
 def _are_predicted(parts: Sequence[Array], after: Array, left: Leftover) -> list[bool]:
     """Say of each effect whether what predicts the leftover leaves it less than a margin of evidence.
 
-    Args:
-        parts: What each effect explains of the data, `(V,)`.
-        after: Data without all that is explained, `(V,)`.
-        left: The leftover.
+    Effects explain `parts` (V,) of the data each, and leave `after` (V,).
     """
     if not left.predictions or not parts:
         return [False] * len(parts)
@@ -100,12 +91,8 @@ def _are_discrepancies(terms: Sequence[Term], explained: Sequence[float]) -> lis
     """Say of each effect whether the others' laws, which are not exact, may leave as much as it explains.
 
     An event is compared with other events, as far as it acts when they do: lasting effects' discrepancies are
-    noise to it when it is judged.
-
-    Args:
-        terms: The effects.
-        explained: Share of the mismatch's square that each explains, of which a law may miss the square of
-            its declared discrepancy.
+    noise to it when it is judged. Of the share that it explains, a law may miss the square of its declared
+    discrepancy.
     """
     missed = [term.discrepancy**2 * max(share, 0.0) for term, share in zip(terms, explained, strict=True)]
     return [

@@ -49,37 +49,24 @@ BATCH = 32  # errors whose columns are in memory at once
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """What predicts what is left where no fit has seen it: an error without a name, or a quantity.
+    """What predicts what is left where no fit has seen it: an error without a name, or a quantity."""
 
-    Attributes:
-        component: Component that has the error; of a quantity, the sensor of the channel.
-        quantity: On which it depends.
-        channel: Name of the channel on which it shows most.
-        share: Of the innovations' square in that channel on stretches that are left out, or of the square of
-            the noise that is expected, or that a nominal robot has on a nominal floor, where that is larger.
-        gain: Fall of the chi-square of all channels there.
-        columns: What predicts it, in all rows of the regression, `(V, k)`.
-    """
-
-    component: str
-    quantity: str
-    channel: str
+    component: str  # component that has the error; of a quantity, the sensor of the channel
+    quantity: str  # on which it depends
+    channel: str  # name of the channel on which it shows most
+    # of the innovations' square in that channel on stretches that are left out, or of the square of the noise
+    # that is expected, or that a nominal robot has on a nominal floor, where that is larger
     share: float
-    gain: float
-    columns: Array
+    gain: float  # fall of the chi-square of all channels there
+    columns: Array  # what predicts it, in all rows of the regression, `(V, k)`
 
 
 @dataclass(frozen=True, slots=True)
 class Leftover:
-    """What a fit leaves that can be predicted.
+    """What a fit leaves that can be predicted."""
 
-    Attributes:
-        p_value: Probability of so strong a prediction where nothing can be predicted.
-        predictions: Those beyond the largest of the null, the strongest first; empty without significance.
-    """
-
-    p_value: float
-    predictions: tuple[Prediction, ...] = ()
+    p_value: float  # probability of so strong a prediction where nothing can be predicted
+    predictions: tuple[Prediction, ...] = ()  # those beyond the largest of the null, strongest first
 
     @property
     def relevant(self) -> bool:
@@ -110,30 +97,15 @@ class Leftover:
 
 @dataclass(frozen=True, slots=True)
 class _Predictors:
-    """Groups of columns in some rows, each of which may predict what is left there.
+    """Groups of columns in some rows, each of which may predict what is left there."""
 
-    Attributes:
-        names: Component and quantity of each.
-        widths: Number of columns of each.
-        rows: The rows, `(R,)`.
-        columns: Function that returns a range of the columns in these rows, in units of the data, `(R, k)`.
-    """
-
-    names: list[tuple[str, str]]
-    widths: list[int]
-    rows: NDArray[np.int64]
-    columns: Callable[[slice], Array]
+    names: list[tuple[str, str]]  # component and quantity of each
+    widths: list[int]  # number of columns of each
+    rows: NDArray[np.int64]  # the rows, `(R,)`
+    columns: Callable[[slice], Array]  # some of the columns in these rows, in units of the data, `(R, k)`
 
     def heldout_gains(self, data: Array, fold: NDArray[np.int64]) -> Array:
-        """Return by how much each of n lowers the square of each of the data (V, B) where it is left out.
-
-        Args:
-            data: The data.
-            fold: Number of each row's fold, `(V,)`.
-
-        Returns:
-            The gains, `(n, B)`.
-        """
+        """Return by how much (n, B) each of n lowers the square of data (V, B) in folds (V,) left out."""
         own, fold_of_own = data[self.rows], fold[self.rows]
         folds = [np.flatnonzero(fold_of_own == number) for number in range(int(fold.max()) + 1)]
         data_of_fold = [own[rows] for rows in folds]
@@ -153,14 +125,9 @@ class _Predictors:
 
 
 def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int]) -> Leftover:
-    """Return what predicts the innovations that a set of candidates leaves.
+    """Return what of errors and quantities predicts the innovations that a set of candidates leaves.
 
     What every robot has a little of, and members' discrepancies from their laws, are noise there.
-
-    Args:
-        posterior: The candidates.
-        unknown: The errors that may predict, and the quantities of the drive.
-        members: The set.
     """
     regression, conditional = posterior.regression, posterior.given(members)
     names = row_names(regression.windows[0])
@@ -238,12 +205,7 @@ def _data_and_null(
 
 
 def _without_fold(gram: Array, score: Array) -> Array:
-    """Return coefficients (F, k, B) of a fit without each of F folds, by the error's own prior.
-
-    Args:
-        gram: Products of the error's columns with each other in each fold, `(F, k, k)`.
-        score: Their products with the data, `(F, k, B)`.
-    """
+    """Return fits (F, k, B) without each fold, by the error's prior, of products (F, k, k) and (F, k, B)."""
     precision = gram.sum(axis=0) - gram + np.eye(gram.shape[1])
     return np.asarray(np.linalg.solve(precision, score.sum(axis=0) - score))
 

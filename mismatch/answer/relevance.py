@@ -37,13 +37,6 @@ def relevant(
     without it. What has no name must also be a twentieth of the mismatch, as what is less may be what the
     laws of named effects leave; and where it has a law, of what a nominal robot misses, as every floor makes
     it miss some.
-
-    Args:
-        present: What is found.
-        fit: The fit with its effects.
-        nominal: The recordings whitened about the robot as described.
-        residuals: Held-out residuals of the fit.
-        summary: What the report shows of the fit.
     """
     laws = {effect.component for effect in fit.chosen.effects if effect.name == "law"}
     misses = _misses(fit.regression, summary, laws)
@@ -62,10 +55,7 @@ def relevant(
 def is_large(finding: Finding, misses: Sequence[tuple[Change, float]], laws: Collection[str]) -> bool:
     """Say whether the findings change enough of the simulation, or one that has no name does.
 
-    Args:
-        finding: One that is found.
-        misses: By how much each channel is missed without and with the findings, and by a nominal robot.
-        laws: Components of which a law was learned.
+    `misses` are those of `_misses`; `laws` are the components of which a law was learned.
     """
     if finding.effect != UNKNOWN:
         return any(change.after < (1.0 - RELEVANT) * change.before for change, _ in misses)

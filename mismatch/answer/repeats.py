@@ -23,13 +23,9 @@ Estimate = tuple["Array", "Array"]  # coefficients (k,) of an effect, and their 
 
 
 def repeats_of(fit: Fitted, effects: int) -> list[Repeats | None]:
-    """Return how the first effects of a fit repeat in its recordings, given everything else.
+    """Return how the first `effects` of a fit, which have a name, repeat in its recordings, given all else.
 
     None where it cannot repeat: there is one recording, or it acts at some moments only.
-
-    Args:
-        fit: To all recordings.
-        effects: Number of effects that have a name.
     """
     count = len(fit.regression.windows)
     alone = [_alone(fit, recording) for recording in range(count)] if count > 1 and effects else []

@@ -17,7 +17,7 @@ from omnimate.effects.reference_offset import truck_poses
 from omnimate.mismatch.diagnosis import Change
 from omnimate.mismatch.heldout import size
 from omnimate.mismatch.recording.response import replayed
-from omnimate.mismatch.recording.signals import expected_reading, integrated, signals_of
+from omnimate.mismatch.recording.signals import expected_reading, integrated
 from omnimate.vehicle.se2 import between, wrap
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.heldout import HeldOut
     from omnimate.mismatch.recording.signals import Signals
-    from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
 STRETCH = 10.0  # [s] long against the sensors' resolution, short against what odometry forgets
@@ -37,10 +36,7 @@ _LEAST = 3  # stretches from which a root mean square is worth showing
 def rerun(regression: Regression, residuals: HeldOut, mounted: Sequence[Effect]) -> dict[str, Change]:
     """Return of each channel the open-loop mismatch, root mean square, without and with effects.
 
-    Args:
-        regression: whose recordings to take.
-        residuals: with the folds, and the effects fitted without each of them.
-        mounted: how references are mounted, which the robot as described has, too.
+    Effects are those fitted without each fold; the robot as described has its references `mounted`, too.
     """
     before: dict[str, list[Array]] = {}
     after: dict[str, list[Array]] = {}
@@ -59,15 +55,6 @@ def rerun(regression: Regression, residuals: HeldOut, mounted: Sequence[Effect])
         if len(first) >= _LEAST:
             found[name] = Change(size(first), size(last))
     return found
-
-
-def open_loop(recordings: Sequence[Recording]) -> dict[str, float]:
-    """Return by how much robots as described, run open loop, miss each channel, rms [m, rad]."""
-    parts: dict[str, list[Array]] = {}
-    for one in recordings:
-        for name, (_, missed) in _missed(signals_of(one), ()).items():
-            parts.setdefault(name, []).append(missed)
-    return {name: size(np.concatenate(own)) for name, own in parts.items()}
 
 
 def _missed(signals: Signals, effects: Sequence[Effect]) -> dict[str, tuple[Array, Array]]:

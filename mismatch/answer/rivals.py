@@ -30,15 +30,10 @@ POSSIBLE = 0.01  # probability below which an alternative is not worth a word
 
 @dataclass(frozen=True, slots=True)
 class Rivalry:
-    """What a member of the best set is held against.
+    """What a member of the best set is held against."""
 
-    Attributes:
-        probability: That it is there.
-        rivals: What may stand in its place, likeliest first.
-    """
-
-    probability: float
-    rivals: tuple[tuple[Key, float], ...]
+    probability: float  # that it is there
+    rivals: tuple[tuple[Key, float], ...]  # what may stand in its place, likeliest first
 
 
 def rivalry(found: Investigation, member: int) -> Rivalry:

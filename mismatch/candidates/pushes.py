@@ -31,17 +31,11 @@ PUSH_REGIME = "single moments"
 
 @dataclass(frozen=True, slots=True)
 class Push(Effect):
-    """A truck is displaced and turned within some time.
+    """A truck is displaced and turned within some time."""
 
-    Attributes:
-        time: When it begins [s].
-        lasting: How long it lasts [s].
-        moved: In each of its equal parts way forward [m], way to the left [m], and turn [rad].
-    """
-
-    time: float = 0.0
-    lasting: float = WINDOW
-    moved: tuple[tuple[float, float, float], ...] = ()
+    time: float = 0.0  # when it begins [s]
+    lasting: float = WINDOW  # how long it lasts [s]
+    moved: tuple[tuple[float, float, float], ...] = ()  # in equal parts: forward, left [m], turn [rad]
 
     name: ClassVar[str] = UNKNOWN
     stage: ClassVar[Stage] = "body"
@@ -95,14 +89,7 @@ class PushTerm(Term):
 
 
 def push(truck: str, time: float, tries: int, lasting: float = WINDOW) -> PushTerm:
-    """Return the candidate of a push.
-
-    Args:
-        truck: Truck that is pushed.
-        time: When it begins [s].
-        tries: Windows, or stretches of them, among which it was looked for.
-        lasting: How long it lasts [s].
-    """
+    """Return a truck's push that begins at a time [s] and lasts [s], looked for among so many tries."""
     parts = max(1, round(lasting / PUSH_PART))
     axes = np.eye(3 * parts).reshape(-1, parts, 3) * PUSH_SIZE
     probes = tuple(

@@ -45,11 +45,8 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
     They are taken from the wheels, and from the linkage's angles: what readings round off must not stand on
     both sides of a regression on readings. The second truck's wheels follow the linkage, so that their speeds
     and accelerations answer what disturbs it: only what the first truck does tells of a cause (closed-loop
-    identification: Forssell & Ljung, Automatica 1999).
-
-    Args:
-        signals: Of a recording.
-        moving: Channels that move, and "turning" where the robot turns.
+    identification: Forssell & Ljung, Automatica 1999). `moving` are the channels that move, and "turning"
+    where the robot turns.
     """
     block, linked = signals.block, bool(signals.reading.shape[1])
     lead = Motion(block, "a")

@@ -37,31 +37,20 @@ _CHUNK = 128  # columns that are whitened at once, to bound memory
 
 @dataclass(slots=True)
 class Regression:
-    """Recordings whitened about a base of effects, with columns that grow as candidates come up.
+    """Recordings whitened about a base of effects, with columns that grow as candidates come up."""
 
-    Attributes:
-        windows: Linear model of each recording.
-        noise: Noise levels of the filters.
-        base: Effects about which it is linear.
-        raw: Of each recording the inputs (M, 3 T, C) and measurements (M + 1, R, C) of columns that are kept;
-            the data come first.
-        filters: Of each recording the filter's gains and the innovations' variances.
-        white: Whitened columns, in all rows that were measured, (V, C).
-        owner: Recording of each row, (V,).
-        moment: Window's end of each row, (V,).
-        channel: Number of each row among the windows' rows, (V,).
-    """
-
-    windows: Sequence[Windows]
-    noise: NoiseLevels
-    base: Sequence[Effect]
+    windows: Sequence[Windows]  # linear model of each recording
+    noise: NoiseLevels  # noise levels of the filters
+    base: Sequence[Effect]  # effects about which it is linear
+    # of each recording the inputs (M, 3 T, C) and measurements (M + 1, R, C) of columns that are kept; the
+    # data come first
     raw: list[Columns] = field(init=False)
     responses: list[Response] = field(init=False)
-    filters: list[Filter] = field(init=False)
-    white: Array = field(init=False)
-    owner: NDArray[np.int64] = field(init=False)
-    moment: NDArray[np.int64] = field(init=False)
-    channel: NDArray[np.int64] = field(init=False)
+    filters: list[Filter] = field(init=False)  # of each recording
+    white: Array = field(init=False)  # whitened columns, in all rows that were measured, (V, C)
+    owner: NDArray[np.int64] = field(init=False)  # recording of each row, (V,)
+    moment: NDArray[np.int64] = field(init=False)  # window's end of each row, (V,)
+    channel: NDArray[np.int64] = field(init=False)  # number of each row among the windows' rows, (V,)
 
     def __post_init__(self) -> None:
         self.responses = [response(windows, self.base) for windows in self.windows]
@@ -112,11 +101,7 @@ class Regression:
         return np.asarray(self.white[:, 0] - self.white[:, 1:] @ known)
 
     def push_scores(self, rows: Array) -> list[tuple[Array, Array]]:
-        """Return of each recording the scores (M, n) and informations (M, n, n) of a push in each window.
-
-        Args:
-            rows: Whitened residual of the data, `(V,)`.
-        """
+        """Return recordings' scores (M, n) and informations (M, n, n) of pushes in windows, by rows (V,)."""
         answers = []
         for number, (windows, run) in enumerate(zip(self.windows, self.filters, strict=True)):
             white = np.ascontiguousarray(rows[self.rows_of(number), None])
@@ -166,12 +151,7 @@ class Regression:
         """Replace the column of an effect of the base by the secant from none of it, instead of the slope.
 
         Effects with a threshold, such as backlash, are not linear in their size. A delay is, and its slope is
-        free of rounding; see `_column`.
-
-        Args:
-            place: Of the column.
-            effect: Of the base.
-            size: Coefficient of the column that makes the effect.
+        free of rounding; see `_column`. With the coefficient `size`, the column makes the effect.
         """
         if isinstance(effect, AgedSamples):
             return
@@ -223,12 +203,7 @@ class Regression:
         return column(self.responses[number], changed, size)
 
     def add(self, terms: Sequence[Term], *, keep: bool = True) -> list[slice]:
-        """Add the columns of terms; return where each one's columns are.
-
-        Args:
-            terms: Of them.
-            keep: Whether `with_noise` keeps them.
-        """
+        """Add the columns of terms, kept by `with_noise` or not; return where each one's columns are."""
         return self.extend(self._raw_of(terms), [len(term.probes) for term in terms], keep=keep)
 
     def extend(self, raw: Sequence[Columns], widths: Sequence[int], *, keep: bool = True) -> list[slice]:

@@ -40,25 +40,15 @@ EVENT_MARGIN = 1.0  # [s] about what acts for a while, in which what else happen
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A candidate at fixed values of what is not linear.
+    """A candidate at fixed values of what is not linear."""
 
-    Attributes:
-        effect: of the vocabulary.
-        component: on which it acts.
-        probes: effects of a-priori size, one for each column.
-        fixed: parameters that the coefficients do not tell.
-        odds: log odds a priori.
-        positive: a coefficient below zero makes no sense.
-        size: of the probes, in a-priori ones; coefficients are in a-priori sizes whatever it is.
-    """
-
-    effect: str
-    component: str
-    probes: tuple[Effect, ...]
-    fixed: dict[str, Any]
-    odds: float
-    positive: bool
-    size: float = 1.0
+    effect: str  # of the vocabulary
+    component: str  # on which it acts
+    probes: tuple[Effect, ...]  # effects of a-priori size, one for each column
+    fixed: dict[str, Any]  # parameters that the coefficients do not tell
+    odds: float  # log odds a priori
+    positive: bool  # a coefficient below zero makes no sense
+    size: float = 1.0  # of the probes, in a-priori ones; coefficients are in a-priori sizes whatever it is
 
     @property
     def key(self) -> Key:
@@ -91,13 +81,9 @@ class Term:
         return kind(component=self.component, **self.fixed, **values)
 
     def sigmas(self, effect: Effect, covariance: Array) -> dict[str, float | tuple[float, ...]]:
-        """Return the standard deviations of the parameters that its coefficients determine.
+        """Return standard deviations of an effect's parameters, by the covariance (k, k) of its coefficients.
 
         They include the uncertainty of the coefficients, and the discrepancy of the effect's law.
-
-        Args:
-            effect: Effect that was built from the coefficients.
-            covariance: Covariance of the coefficients, `(k, k)`.
         """
         if self.is_setup:
             own = effect.parameters

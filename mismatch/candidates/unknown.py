@@ -41,37 +41,22 @@ FLOOR = "place on a floor that repeats every {:.2f} m"
 
 @dataclass(frozen=True, slots=True)
 class Error:
-    """An error that a robot may have.
+    """An error that a robot may have."""
 
-    Attributes:
-        component: Component that has it.
-        acts_on: Quantity that it changes, as in an effect `law`; empty where no law can be written down.
-        build: Function from curves `(N - 1, B)` of the error to their columns.
-        constant_is_calibrated: Whether a constant error is a wrong number of vehicle.toml, which has a name.
-    """
-
-    component: str
-    acts_on: str
-    build: Callable[[Array], Columns]
-    constant_is_calibrated: bool = False
+    component: str  # component that has it
+    acts_on: str  # quantity that it changes, as in an effect `law`; empty where no law can be written down
+    build: Callable[[Array], Columns]  # function from curves `(N - 1, B)` of the error to their columns
+    constant_is_calibrated: bool = False  # if constant, it is a wrong number of vehicle.toml, with a name
 
 
 class UnknownErrors(NamedTuple):
-    """Candidates for errors without a name, one for each component and quantity.
+    """Candidates for errors without a name, one for each component and quantity."""
 
-    Attributes:
-        terms: The candidates.
-        widths: Number of columns of each.
-        columns: All whitened columns, in the same order, `(V, C)`.
-        quantities: Names of the quantities of the drive, each with its number of columns in `curves`.
-        curves: Their curves at the instant of each row, then their changes in its window, `(V, Q)`.
-    """
-
-    terms: list[Term]
-    widths: list[int]
-    columns: Array
-    quantities: dict[str, int]
-    curves: Array
+    terms: list[Term]  # the candidates
+    widths: list[int]  # number of columns of each
+    columns: Array  # all whitened columns, in the same order, `(V, C)`
+    quantities: dict[str, int]  # of the drive, each with its number of columns in `curves`
+    curves: Array  # their curves at the instant of each row, then their changes in its window, `(V, Q)`
 
 
 def unknown_errors(regression: Regression) -> UnknownErrors:

@@ -8,6 +8,7 @@ own poses.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -16,7 +17,6 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from omnimate.mismatch.description.stretches import stretches_of
-from omnimate.mismatch.description.wiring import WIRINGS, Wiring
 from omnimate.vehicle.parameters import Truck
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from omnimate.mismatch.description.stretches import Stretches
-    from omnimate.vehicle.parameters import TruckName
+    from omnimate.vehicle.parameters import Channel, Encoder, TruckName
     from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
@@ -44,34 +44,68 @@ _STARTS = (1.0, 2.0, 0.5)  # of the fit, for effective over nominal wheelbase
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
-    """Best explanation of one truck's odometry, where it disagrees with the poses.
+class Wiring:
+    """Assignment of the encoders of one truck to its wheels, and their signs."""
 
-    Attributes:
-        truck: Name of the truck.
-        wiring: Most probable wiring.
-        equals: Other wirings that explain the poses equally well.
-        probability: Probability of the wiring and its equals, among all.
-        scrubs: Probability that the wheelbase is as described and grows with curvature, against another one.
-        ratios: Effective over nominal left diameter, right diameter and wheelbase, `(3,)`.
-        sigmas: Their standard deviations, by the jackknife over stretches, `(3,)`.
-        nominal: Error of the robot as described, root mean square over stretches of 5 s [m].
-        train: Likewise with the wiring and the ratios.
-        heldout: Likewise, each stretch with ratios fitted to others.
-        shares: Fractions of the explained mean square that are lost without each of the three ratios, and
-            without the wiring, `(4,)`.
-    """
+    exchanged: bool = False  # whether left and right are exchanged
+    backward: tuple[bool, bool] = (False, False)  # which of (left, right) counts down if it rolls forward
+
+    @property
+    def faults(self) -> int:
+        """Number of errors in vehicle.toml that it means."""
+        return self.exchanged + sum(self.backward)
+
+    def wheels(self, turned: Array) -> Array:
+        """Return the turns (N, 2) of the left and the right wheel from those described as left and right."""
+        sides = turned[:, ::-1] if self.exchanged else turned
+        return np.where(self.backward, -sides, sides)
+
+    def rewired(self, encoder: Encoder, truck: TruckName) -> Encoder:
+        """Return an encoder with its actual wheel and sign; those of other trucks unchanged."""
+        sides: list[Channel] = ["a.left", "a.right"] if truck == "a" else ["b.left", "b.right"]
+        if encoder.channel not in sides:
+            return encoder
+        side = sides.index(encoder.channel) ^ self.exchanged
+        sign = -encoder.sign if self.backward[side] else encoder.sign
+        return replace(encoder, channel=sides[side], sign=sign)
+
+    def __str__(self) -> str:
+        """Return what is wrong, in words."""
+        left, right = self.backward
+        words = ["left and right are exchanged"] if self.exchanged else []
+        if left or right:
+            which = (
+                "both wheels count" if left and right else f"the {'left' if left else 'right'} wheel counts"
+            )
+            words.append(f"{which} backwards")
+        return " and ".join(words) or "the wheels are as described"
+
+
+WIRINGS = sorted(
+    (
+        Wiring(exchanged, (left, right))
+        for exchanged, left, right in itertools.product((False, True), repeat=3)
+    ),
+    key=lambda wiring: wiring.faults,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Best explanation of one truck's odometry, where it disagrees with the poses."""
 
     truck: TruckName
-    wiring: Wiring
-    equals: tuple[Wiring, ...]
-    probability: float
-    scrubs: float
-    ratios: Array
-    sigmas: Array
-    nominal: float
-    train: float
-    heldout: float
+    wiring: Wiring  # most probable wiring
+    equals: tuple[Wiring, ...]  # other wirings that explain the poses equally well
+    probability: float  # probability of the wiring and its equals, among all
+    scrubs: float  # probability that the wheelbase is as described, and grows with curvature
+    ratios: Array  # effective over nominal left diameter, right diameter and wheelbase, `(3,)`
+    sigmas: Array  # their standard deviations, by the jackknife over stretches, `(3,)`
+    nominal: float  # error of the robot as described, root mean square over stretches of 5 s [m]
+    train: float  # likewise with the wiring and the ratios
+    heldout: float  # likewise, each stretch with ratios fitted to others
+    # fractions of the explained mean square that are lost without each of the three ratios, and without the
+    # wiring, `(4,)`
     shares: Array
 
     @property

@@ -30,23 +30,14 @@ MIN_POSES = 3  # of a stretch: the alignment alone fits two
 
 @dataclass(frozen=True, slots=True)
 class Stretches:
-    """All drives of one truck, concatenated, with P poses in stretches.
+    """All drives of one truck, concatenated, with P poses in stretches."""
 
-    Attributes:
-        truck: The truck as described.
-        turned: Turns of the left and the right wheel in each step, `(N, 2)` [rad].
-        at: Number of steps before each pose, with a fraction, `(P,)`.
-        position: x + iy of each pose, `(P,)` [m].
-        heading: Heading of each pose; nan where it was not measured, `(P,)` [rad].
-        stretch: Number of the stretch of each pose, from 0, `(P,)`.
-    """
-
-    truck: Truck
-    turned: Array
-    at: Array
-    position: NDArray[np.complex128]
-    heading: Array
-    stretch: NDArray[np.int64]
+    truck: Truck  # the truck as described
+    turned: Array  # turns of the left and the right wheel in each step, `(N, 2)` [rad]
+    at: Array  # number of steps before each pose, with a fraction, `(P,)`
+    position: NDArray[np.complex128]  # x + iy of each pose, `(P,)` [m]
+    heading: Array  # heading of each pose; nan where it was not measured, `(P,)` [rad]
+    stretch: NDArray[np.int64]  # number of the stretch of each pose, from 0, `(P,)`
 
     @property
     def count(self) -> int:
@@ -63,10 +54,8 @@ class Stretches:
     def missed(self, turned: Array, ratios: Array, scrub: float = 0.0) -> Array:
         """Return errors of odometry at each pose in x, y and heading times half a wheelbase, `(P, 3)` [m].
 
-        Args:
-            turned: Turns of the left and the right wheel in each step, `(N, 2)` [rad].
-            ratios: Effective over nominal left diameter, right diameter and wheelbase, `(3,)`.
-            scrub: Growth of the wheelbase per curvature [m], as in `turn_scrub`.
+        Wheels turn by `turned` (N, 2) [rad]. Ratios (3,) are effective over nominal left diameter, right
+        diameter and wheelbase, which grows with curvature by `scrub` [m], as in `turn_scrub`.
         """
         left, right = (turned * np.array(self.truck.radii) * ratios[:2]).T
         across, forward = 0.5 * (right - left) / ratios[2], 0.5 * (right + left)

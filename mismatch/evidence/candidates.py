@@ -28,50 +28,29 @@ BUMPS_OF_ROUGH_FLOOR, FURTHER_BUMP_LOG_ODDS = 2, math.log(1.0 / 240.0)
 
 
 class CandidateGroup(NamedTuple):
-    """Candidates with equal numbers of columns and of background columns, so that they can be stacked.
+    """Candidates with equal numbers of columns and of background columns, so that they can be stacked."""
 
-    Attributes:
-        numbers: Of the m candidates.
-        columns: Their k columns, then the s background columns of their effects, `(m, k + s)`.
-        sizes: Standard deviations of the background coefficients, `(m, s)`.
-        nuisance_size: Size of each that any robot has at times, in declared sizes.
-    """
-
-    numbers: NDArray[np.int64]
-    columns: NDArray[np.int64]
-    sizes: Array
-    nuisance_size: float
+    numbers: NDArray[np.int64]  # of the m candidates
+    columns: NDArray[np.int64]  # their k columns, then s background columns of their effects, `(m, k + s)`
+    sizes: Array  # standard deviations of the background coefficients, `(m, s)`
+    nuisance_size: float  # size of each that any robot has at times, in declared sizes
 
 
 @dataclass(slots=True)
 class Candidates:
-    """Candidates and the regression that judges them.
+    """Candidates and the regression that judges them."""
 
-    Attributes:
-        regression: With the columns of all candidates.
-        terms: The candidates.
-        places: Where each one's columns are.
-        background: Columns of what every robot has a little of, and standard deviations in declared sizes.
-        names: Effect and component of each background column.
-        stretch: Number of each row's stretch of 4 s, `(V,)`.
-        fold: Number of each row's fold of the data, `(V,)`.
-        moments: Whether a second of a row is odd, `(V,)`.
-        moment: Number of the second of each row, `(V,)`.
-        second: Number of the second and channel of each row, `(V,)`.
-        background_places: Places of everyday columns by their names.
-    """
-
-    regression: Regression
-    terms: list[Term]
-    places: list[slice]
-    background: tuple[NDArray[np.int64], Array]
-    names: dict[int, tuple[str, str]]
-    stretch: NDArray[np.int64] = field(init=False)
-    fold: NDArray[np.int64] = field(init=False)
-    moments: NDArray[np.int64] = field(init=False)
-    moment: NDArray[np.int64] = field(init=False)
-    second: NDArray[np.int64] = field(init=False)
-    background_places: dict[tuple[str, str], list[int]] = field(init=False)
+    regression: Regression  # with the columns of all candidates
+    terms: list[Term]  # the candidates
+    places: list[slice]  # where each one's columns are
+    background: tuple[NDArray[np.int64], Array]  # columns, and deviations [declared sizes], in every robot
+    names: dict[int, tuple[str, str]]  # effect and component of each background column
+    stretch: NDArray[np.int64] = field(init=False)  # number of each row's stretch of 4 s, `(V,)`
+    fold: NDArray[np.int64] = field(init=False)  # number of each row's fold of the data, `(V,)`
+    moments: NDArray[np.int64] = field(init=False)  # whether a second of a row is odd, `(V,)`
+    moment: NDArray[np.int64] = field(init=False)  # number of the second of each row, `(V,)`
+    second: NDArray[np.int64] = field(init=False)  # number of the second and channel of each row, `(V,)`
+    background_places: dict[tuple[str, str], list[int]] = field(init=False)  # of its columns, by name
 
     def __post_init__(self) -> None:
         time, owner = self.regression.time, self.regression.owner

@@ -65,44 +65,27 @@ IMPOSSIBLE = -math.inf
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """Odds, fit and evidence of a candidate, given a set.
+    """Odds, fit and evidence of a candidate, given a set."""
 
-    Attributes:
-        coefficients: Its size, in declared ones, shape `(k,)`.
-        covariance: Of them, shape `(k, k)`.
-        overdispersion: Factor by which squares of noise exceed those of white noise.
-        log_odds: Log posterior odds that it is there: prior odds, and the smaller of the log Bayes factor
-            against none and of the gain in log predictive density, both with overdispersed noise.
-        heldout_gain: Gain in log predictive density of held-out data, with overdispersed noise.
-        white_log_odds: Log posterior odds if noise is white: by these, rivals, which share it, are compared.
-        white_log_evidence: The same without the prior odds.
-    """
-
-    coefficients: Array
-    covariance: Array
-    overdispersion: float = 1.0
+    coefficients: Array  # its size, in declared ones, shape `(k,)`
+    covariance: Array  # of them, shape `(k, k)`
+    overdispersion: float = 1.0  # factor by which squares of noise exceed those of white noise
+    # log posterior odds that it is there: prior odds, and the smaller of the log Bayes factor against none
+    # and of the gain in log predictive density, both with overdispersed noise
     log_odds: float = IMPOSSIBLE
-    heldout_gain: float = IMPOSSIBLE
-    white_log_odds: float = IMPOSSIBLE
-    white_log_evidence: float = IMPOSSIBLE
+    heldout_gain: float = IMPOSSIBLE  # in log predictive density of held-out data, with overdispersed noise
+    white_log_odds: float = IMPOSSIBLE  # if noise is white: by these, rivals, which share it, are compared
+    white_log_evidence: float = IMPOSSIBLE  # the same without the prior odds
 
 
 class _Products(NamedTuple):
-    """Products of all C columns, the data first, and of the n nuisances.
+    """Products of all C columns, the data first, and of the n nuisances."""
 
-    Attributes:
-        nuisance_gram: Of the nuisances with each other, `(n, n)`.
-        root: Cholesky factor of their precision, `(n, n)`, as `cho_factor` gives it.
-        shared: Of the nuisances with all columns, `(n, C)`.
-        coefficients: Coefficients of the nuisances in a fit to each column, `(n, C)`.
-        residual: Of the residuals of all columns with each other, `(C, C)`.
-    """
-
-    nuisance_gram: Array
-    root: tuple[Array, bool]
-    shared: Array
-    coefficients: Array
-    residual: Array
+    nuisance_gram: Array  # of the nuisances with each other, `(n, n)`
+    root: tuple[Array, bool]  # Cholesky factor of their precision, `(n, n)`, as `cho_factor` gives it
+    shared: Array  # of the nuisances with all columns, `(n, C)`
+    coefficients: Array  # coefficients of the nuisances in a fit to each column, `(n, C)`
+    residual: Array  # of the residuals of all columns with each other, `(C, C)`
 
 
 class ConditionalFit:
@@ -199,12 +182,9 @@ class ConditionalFit:
         return np.hstack(parts)
 
     def _nearly_cancels(self, sizes_with: Array) -> bool:
-        """Say whether a candidate nearly cancels a member, which then becomes implausibly large.
+        """Say whether a candidate nearly cancels a member, whose size with it (n,) becomes implausible.
 
         Such a pair would fit the difference of their two laws, neither of which is exact.
-
-        Args:
-            sizes_with: Sizes of the members with the candidate, `(n,)`.
         """
         with_candidate, without = np.abs(sizes_with), np.abs(self._member_coefficients([0])[:, 0])
         grown = (with_candidate > CANCELLING_GROWTH * without) & (with_candidate > MAX_CANCELLING_SIZE)
@@ -270,12 +250,7 @@ class ConditionalFit:
         return without_background_prior(*self.gram_and_score([*columns, *background]), sizes)
 
     def background_log_bayes_factor(self, keys: set[tuple[str, str]], spread: float = 1.0) -> float:
-        """Return the log Bayes factor of the background of some effects against none of it.
-
-        Args:
-            keys: Effects and components.
-            spread: Overdispersion of the noise.
-        """
+        """Return the log Bayes factor of some effects' background against none, in overdispersed noise."""
         columns, sizes = self.candidates.background_of(keys)
         return float(background_log_bayes_factor(*self.gram_and_score(columns), sizes, spread))
 
@@ -384,12 +359,8 @@ class ConditionalFit:
     ) -> float:
         """Return the log Bayes factor of a candidate against a robot with the background of its effect.
 
-        Args:
-            term: The candidate.
-            gram: Products of its columns' residuals with each other, `(k, k)`.
-            score: Products with the data, `(k,)`.
-            discrepancy_gain: Log likelihood that the weights of its discrepancy add.
-            overdispersion: Factor by which squares of noise exceed those of white noise.
+        `gram` (k, k) and `score` (k,) are products of its columns' residuals; `discrepancy_gain` is the log
+        likelihood that the weights of its discrepancy add.
         """
         gram, score = gram / overdispersion, score / overdispersion
         evidence = float(log_bayes_factor(gram, score))
@@ -416,12 +387,7 @@ class ConditionalFit:
         return rows[:, 1:], rows[:, 0]
 
     def bootstrap_gain(self, candidate: int, draws: Array) -> Array:
-        """Return the change of a candidate's log Bayes factor, (n,), in bootstrap samples of stretches.
-
-        Args:
-            candidate: The candidate.
-            draws: How often each stretch is drawn, `(n, stretches)`.
-        """
+        """Return changes (n,) of a log Bayes factor with stretches drawn so often, `(n, stretches)`."""
         term = self.candidates.terms[candidate]
         rows, residual = self._without_background(list(self.candidates.columns(candidate)), term.key)
         gram, score = products_by_group(self.candidates.stretch, rows, residual)
@@ -436,11 +402,8 @@ class ConditionalFit:
         """Return the weights (V,) of rows if an event is likelier with discrepancy; ones if it is not.
 
         Rivals of free shape, such as a push, would otherwise win by the discrepancy alone, which would also
-        count as overdispersion.
-
-        Args:
-            part: One standard deviation of the discrepancy, `(V,)`.
-            after: Residual with the event, `(V,)`.
+        count as overdispersion. `part` (V,) is one standard deviation of the discrepancy, and `after` (V,)
+        the residual with the event.
         """
         weight = self._row_weights(part[:, None])[:, 0]
         return weight if _weighting_gain(after, weight) > 0.0 else np.ones_like(weight)

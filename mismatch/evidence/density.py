@@ -20,12 +20,7 @@ _SINGULARITY_MARGIN = 1e-9  # keeps the removal of a background invertible
 
 
 def log_bayes_factor(gram: Array, score: Array) -> Array:
-    """Return the log Bayes factor (...) of a fault against none.
-
-    Args:
-        gram: Products of its columns with each other, shape `(..., k, k)`.
-        score: Products of its columns with the data, shape `(..., k)`.
-    """
+    """Return the log Bayes factor (...) of a fault against none, by products (..., k, k) and (..., k)."""
     parts = [math.log(share) + log_evidence(gram, score, size) for size, share in FAULT_SIZE_MIXTURE]
     return np.asarray(np.logaddexp.reduce(parts, axis=0))
 
@@ -44,10 +39,7 @@ def log_evidence(gram: Array, score: Array, size: float) -> Array:
 def without_background_prior(gram: Array, score: Array, sizes: Array) -> tuple[Array, Array]:
     """Return products (..., k, k) and (..., k) of columns for a robot without some background.
 
-    Args:
-        gram: Products of the columns and then the background columns, `(..., k + s, k + s)`.
-        score: Their products with the data, `(..., k + s)`.
-        sizes: Standard deviations of the background coefficients, `(..., s)`.
+    Given are products with s background columns after them, whose coefficients have sizes `(..., s)`.
     """
     count = gram.shape[-1] - sizes.shape[-1]
     if gram.shape[-1] == count:
@@ -65,11 +57,7 @@ def without_background_prior(gram: Array, score: Array, sizes: Array) -> tuple[A
 def background_log_bayes_factor(gram: Array, score: Array, sizes: Array, spread: float = 1.0) -> Array:
     """Return the log Bayes factor (...) of a background, which whitening took for noise, against none of it.
 
-    Args:
-        gram: Products of the background columns, `(..., s, s)`.
-        score: Their products with the data, `(..., s)`.
-        sizes: Standard deviations of the background coefficients, `(..., s)`.
-        spread: Overdispersion of the noise.
+    Given are products (..., s, s) and (..., s) of its columns, coefficients' sizes, and an overdispersion.
     """
     if sizes.shape[-1] == 0:
         return np.zeros(gram.shape[:-2])
@@ -87,12 +75,9 @@ def _background_removal(gram: Array, sizes: Array) -> Array:
 
 
 def heldout_log_density_gain(gram: Array, score: Array, spread: float) -> float:
-    """Return the gain in log predictive density of folds that are held out in turn.
+    """Return the gain in log predictive density of folds held out in turn, by products (F, k, k) and (F, k).
 
-    Args:
-        gram: Products of columns with each other in each fold, `(F, k, k)`.
-        score: Products with the data, `(F, k)`.
-        spread: Overdispersion of the noise.
+    The noise is overdispersed by `spread`.
     """
     prior = np.eye(gram.shape[-1]) / MEMBER_SIZE**2
     others = (score.sum(axis=0) - score) / spread

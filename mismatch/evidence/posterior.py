@@ -24,14 +24,10 @@ _CACHED_FITS = 6  # sets whose arrays are kept in memory
 
 @dataclass(slots=True)
 class Posterior:
-    """Posterior over sets of candidates.
+    """Posterior over sets of candidates."""
 
-    Attributes:
-        candidates: The candidates, and the recordings that judge them.
-        fits: Cached fits given sets; the one that was asked for last is the last.
-    """
-
-    candidates: Candidates
+    candidates: Candidates  # the candidates, and the recordings that judge them
+    # cached fits given sets; the one that was asked for last is the last
     fits: dict[frozenset[int], ConditionalFit] = field(default_factory=dict)
 
     @property
@@ -79,12 +75,7 @@ class Posterior:
         return float(log_evidence(gram, score, MEMBER_SIZE)) - background + odds
 
     def bootstrap_gain(self, members: Iterable[int], draws: Array) -> Array:
-        """Return the change of a set's log evidence, (n,), in bootstrap samples of stretches.
-
-        Args:
-            members: The set.
-            draws: How often each stretch is drawn, `(n, stretches)`.
-        """
+        """Return changes (n,) of a set's log evidence with stretches drawn so often, `(n, stretches)`."""
         columns = [column for candidate in sorted(members) for column in self.candidates.columns(candidate)]
         if not columns:
             return np.zeros(len(draws))

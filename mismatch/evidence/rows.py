@@ -59,13 +59,7 @@ def discrepancy_factor(part: Array, stretch: NDArray[np.int64]) -> csr_array:
 
 
 def products_by_group(group: NDArray[np.int64], columns: Array, data: Array) -> tuple[Array, Array]:
-    """Return products of columns (V, k) with each other (G, k, k) and the data (G, k), in each group of rows.
-
-    Args:
-        group: Number of each row's group, `(V,)`.
-        columns: The columns.
-        data: The data, `(V,)`.
-    """
+    """Return products of columns (V, k) with each other (G, k, k) and data (G, k), in each group of rows."""
     count, width = int(group.max()) + 1, columns.shape[1]
     gram, score = np.empty((count, width, width)), np.empty((count, width))
     for first in range(width):

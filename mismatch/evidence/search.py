@@ -32,12 +32,7 @@ Members = tuple[int, ...]
 
 
 def search(posterior: Posterior, start: Iterable[int] = ()) -> Members:
-    """Return the set of candidates to which adding, pruning and exchanging lead.
-
-    Args:
-        posterior: Of the candidates.
-        start: Set from which the search begins.
-    """
+    """Return the set of candidates to which adding, pruning and exchanging lead from a start."""
     members = _prune(posterior, tuple(sorted(start)))
     seen = set()
     for _ in range(MAX_PASSES):
@@ -178,10 +173,7 @@ def _with_certain_events(posterior: Posterior, conditional: ConditionalFit, firs
 def _best_pair(posterior: Posterior, conditional: ConditionalFit, threshold: float) -> tuple[int, int] | None:
     """Return two candidates that raise the odds together, though neither does alone: they mask each other.
 
-    Args:
-        posterior: Of the candidates.
-        conditional: Fit given the set to which they are added.
-        threshold: Log posterior odds that the set with them must exceed.
+    The set with them must exceed a threshold of log posterior odds.
     """
     terms = posterior.terms
     shortlist = [

@@ -44,56 +44,35 @@ COARSE, MAX_LENGTH = 4, 8  # an error may last from every fourth of them to one 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Candidate:
-    """Columns that enter a law together.
+    """Columns that enter a law together."""
 
-    Attributes:
-        kind: Kind of candidate: a constant, a line and so on. All kinds have the same prior probability.
-        basis: Columns, shape `(N, b)`.
-        spreads: Prior standard deviations of the columns' coefficients, in a-priori sizes of the law: one row
-            for each hyperparameter from which the evidence chooses, shape `(h, b)`.
-    """
-
-    kind: str
-    basis: Array
+    kind: str  # kind of candidate: a constant, a line and so on. All kinds have the same prior probability
+    basis: Array  # columns, shape `(N, b)`
+    # prior standard deviations of the columns' coefficients, in a-priori sizes of the law: one row for each
+    # hyperparameter from which the evidence chooses, shape `(h, b)`
     spreads: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Term(Candidate):
-    """Summands of a formula that enter it together.
+    """Summands of a formula that enter it together."""
 
-    Attributes:
-        texts: What the coefficient of each column multiplies.
-        sizes: Root mean square of each over the drive, by which its column is divided, shape `(b,)`.
-    """
-
-    texts: tuple[str, ...]
-    sizes: Array
+    texts: tuple[str, ...]  # what the coefficient of each column multiplies
+    sizes: Array  # root mean square of each over the drive, by which its column is divided, shape `(b,)`
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Curve(Candidate):
-    """A smooth curve over one variable.
+    """A smooth curve over one variable."""
 
-    Attributes:
-        variable: Name of the variable.
-        period: Period in the variable's unit; 0 for none.
-        knots: Values of the variable at which the curve is exported, shape `(k,)`.
-        at_knots: Columns at these values, shape `(k, b)`.
-    """
-
-    variable: str
-    period: float
-    knots: Array
-    at_knots: Array
+    variable: str  # name of the variable
+    period: float  # period in the variable's unit; 0 for none
+    knots: Array  # values of the variable at which the curve is exported, shape `(k,)`
+    at_knots: Array  # columns at these values, shape `(k, b)`
 
 
 def terms(variables: Mapping[str, Array]) -> Iterator[Term]:
-    """Yield the terms that a formula may have.
-
-    Args:
-        variables: Names from `VARIABLES`, each with its values, shape `(N,)`.
-    """
+    """Yield the terms that a formula may have, of variables with names of `VARIABLES` and values `(N,)`."""
     shape = next(iter(variables.values())).shape
     moving = {name: values for name, values in variables.items() if np.ptp(values) > 0.0}
     for kind, *texts in _texts(moving):

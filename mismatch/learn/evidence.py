@@ -20,15 +20,10 @@ MIN_RELATIVE_VARIANCE = 1e-9
 
 @dataclass(frozen=True)
 class Products:
-    """Sufficient statistics of the rows of each of K folds for linear models of B columns.
+    """Sufficient statistics of the rows of each of K folds for linear models of B columns."""
 
-    Attributes:
-        gram: Products of the columns with each other, shape `(K, B, B)`.
-        cross: Products of the columns with the rows, shape `(K, B)`.
-    """
-
-    gram: Array
-    cross: Array
+    gram: Array  # products of the columns with each other, shape `(K, B, B)`
+    cross: Array  # products of the columns with the rows, shape `(K, B)`
 
     @classmethod
     def of(cls, columns: Array, rows: Array, folds: NDArray[np.int64]) -> Self:
@@ -57,17 +52,12 @@ class Products:
         )
 
     def evidence(self, members: NDArray[np.int64], spread: Array, *, left_out: bool = True) -> Array:
-        """Return the log evidence of models against no model: with all folds, then without each.
+        """Return the log evidence [nat] of P models against no model: with all folds, then without each.
 
         The log density of a fold's rows, predicted from all others, is the first minus that of the fold.
-
-        Args:
-            members: Columns of each of P models, shape `(P, w)`.
-            spread: Prior standard deviations of their coefficients, shape `(P, w)`.
-            left_out: Whether folds are left out; else the first row is all.
-
-        Returns:
-            Log evidence [nat] of rows with noise of unit variance, shape `(1 + K, P)`.
+        `members` (P, w) are the models' columns, and `spread` (P, w) the prior standard deviations of their
+        coefficients. It is of shape `(1 + K, P)`, or `(1, P)` if no fold is left out, for noise of unit
+        variance.
         """
         gram, cross = self.sums if left_out else (total[:1] for total in self.sums)
         across = gram[:, members[:, :, None], members[:, None, :]]
@@ -80,10 +70,7 @@ class Products:
     def posterior(self, members: NDArray[np.int64], spread: Array, training: int = 0) -> tuple[Array, Array]:
         """Return the coefficients `(w,)` of one model and their covariance `(w, w)`.
 
-        Args:
-            members: Columns of the model, shape `(w,)`.
-            spread: Prior standard deviations of their coefficients, shape `(w,)`.
-            training: Which data: 0 for all folds, k for all but fold k - 1.
+        `spread` (w,) has prior deviations; `training` is 0 for all folds, and k for all but fold k - 1.
         """
         gram, cross = (total[training] for total in self.sums)
         matrix, vector = _standard(gram[np.ix_(members, members)], cross[members], spread)

@@ -24,15 +24,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LawTerm(Term):
-    """A learned law as a term: one column for each coefficient of its formula, or for each knot of its curve.
+    """A learned law as a term: a column for each coefficient of its formula, or each knot of its curve."""
 
-    Attributes:
-        law: The law; its coefficients are in the probes.
-        summands: Of its formula, each a value and the text that it multiplies.
-    """
-
-    law: Law = field(default_factory=lambda: Law("a"))
-    summands: tuple[tuple[float, str], ...] = ()
+    law: Law = field(default_factory=lambda: Law("a"))  # the law; its coefficients are in the probes
+    summands: tuple[tuple[float, str], ...] = ()  # of its formula: a value, and the text that it multiplies
 
     def built(self, coefficients: Array) -> Law:
         """Return the law with these coefficients `(k,)` of its probes."""
@@ -48,13 +43,7 @@ class LawTerm(Term):
 
 
 def learned(posterior: Posterior, conditional: ConditionalFit, unknown: Term) -> list[LawTerm]:
-    """Return the law of an unknown error as terms with unit coefficients; none where none is learned.
-
-    Args:
-        posterior: Posterior of the candidates.
-        conditional: Fit given the named effects.
-        unknown: Candidate with the component of the error and the quantity on which it acts.
-    """
+    """Return the law of an unknown error as terms with unit coefficients; none where none is learned."""
     if not unknown.fixed["acts_on"]:
         return []
     law = law_of(posterior, conditional, unknown.component, unknown.fixed["acts_on"])
@@ -64,14 +53,7 @@ def learned(posterior: Posterior, conditional: ConditionalFit, unknown: Term) ->
 def law_of(
     posterior: Posterior, conditional: ConditionalFit, component: str, acts_on: str
 ) -> LearnedLaw | None:
-    """Return the law of an error of a component, learned from the residual given a set, or None.
-
-    Args:
-        posterior: Posterior of the candidates.
-        conditional: Fit given a set.
-        component: Component that has the error.
-        acts_on: Quantity that the error changes, as in an effect `law`.
-    """
+    """Return the law of an error of a component, learned from the residual given a set, or None."""
     return learn(
         *observed(posterior, conditional, component, acts_on),
         conditional.residual,
@@ -86,12 +68,6 @@ def observed(
     posterior: Posterior, conditional: ConditionalFit, component: str, acts_on: str
 ) -> tuple[dict[str, Array], Callable[[Array], Array]]:
     """Return the variables of which an error may be a function, and its columns.
-
-    Args:
-        posterior: Posterior of the candidates.
-        conditional: Fit given a set.
-        component: Component that has the error.
-        acts_on: Quantity that the error changes, as in an effect `law`.
 
     Returns:
         Variables of the drive by name, each of shape `(N,)`, and the function from error series `(N, B)` to

@@ -41,31 +41,18 @@ LINEARISATION_NOISE = 1e-7  # [m, rad] standard deviation per window of what the
 
 @dataclass(frozen=True, slots=True)
 class NoiseLevels:
-    """Standard deviations.
+    """Standard deviations."""
 
-    Attributes:
-        roughness: Of a wheel's travel, independent from window to window [m/sqrt(m)].
-        waviness: Of a wheel's travel, correlated along the floor [m/sqrt(m)].
-        wave: Correlation length of the floor's waves [m].
-        creep: Of a truck's sideways motion [m/sqrt(m)].
-        joint_a: Of a reading, in addition to its resolution [rad].
-        joint_b: Likewise [rad].
-        link: Likewise [m].
-        position: Factor on the stated sigma of measured positions.
-        heading: Factor on the stated sigma of measured headings.
-        sway: Of a truck on its tyres while it rolls, at each wheel and sideways [m/sqrt(s)].
-    """
-
-    roughness: float = START_ROUGHNESS
-    waviness: float = 1e-4
-    wave: float = 0.15
-    creep: float = 1e-4
-    joint_a: float = 2e-4
-    joint_b: float = 2e-4
-    link: float = 1e-4
-    position: float = 1.0
-    heading: float = 1.0
-    sway: float = 3e-5
+    roughness: float = START_ROUGHNESS  # of a wheel's travel, independent from window to window [m/sqrt(m)]
+    waviness: float = 1e-4  # of a wheel's travel, correlated along the floor [m/sqrt(m)]
+    wave: float = 0.15  # correlation length of the floor's waves [m]
+    creep: float = 1e-4  # of a truck's sideways motion [m/sqrt(m)]
+    joint_a: float = 2e-4  # of a reading, in addition to its resolution [rad]
+    joint_b: float = 2e-4  # likewise [rad]
+    link: float = 1e-4  # likewise [m]
+    position: float = 1.0  # factor on the stated sigma of measured positions
+    heading: float = 1.0  # factor on the stated sigma of measured headings
+    sway: float = 3e-5  # of a truck on its tyres while it rolls, at each wheel and sideways [m/sqrt(s)]
 
     def levels(self) -> Array:
         """Return the logarithms of the levels, `(10,)`."""
@@ -84,27 +71,15 @@ DEFAULT_LEVELS = NoiseLevels()
 
 @dataclass(frozen=True, slots=True)
 class Filter:
-    """Kalman filter of one recording at given noise levels.
+    """Kalman filter of one recording at given noise levels."""
 
-    Attributes:
-        windows: The linear model.
-        transition: With the decay of the floor's waves, `(M, n, n)`.
-        gains: Of each measurement, `(M + 1, R, n)`.
-        spread: Variances of the innovations; nan where nothing was measured, `(M + 1, R)`.
-    """
-
-    windows: Windows
-    transition: Array
-    gains: Array
-    spread: Array
+    windows: Windows  # the linear model
+    transition: Array  # with the decay of the floor's waves, `(M, n, n)`
+    gains: Array  # of each measurement, `(M + 1, R, n)`
+    spread: Array  # variances of the innovations; nan where nothing was measured, `(M + 1, R)`
 
     def whiten(self, inputs: Array, measured: Array) -> Array:
-        """Return the whitened innovations (V, C) of columns, in the rows that were measured.
-
-        Args:
-            inputs: (M, 3 T, C).
-            measured: (M + 1, R, C).
-        """
+        """Return the whitened innovations (V, C) of inputs (M, 3 T, C) and measurements (M + 1, R, C)."""
         return whiten(
             self.transition,
             self.windows.links,
@@ -136,12 +111,8 @@ def filter_of(windows: Windows, noise: NoiseLevels) -> Filter:
 def open_loop_variance(windows: Windows, noise: NoiseLevels, edges: Sequence[int]) -> Array:
     """Return the variances (E - 1, R) of what is measured open loop where stretches end.
 
-    The noise of the sensors at both ends is in them.
-
-    Args:
-        windows: Linear model of the recording.
-        noise: The noise levels.
-        edges: Windows' ends at which stretches begin and end, with a known state, `(E,)`.
+    The noise of the sensors at both ends is in them. Stretches begin and end, with a known state, at the
+    windows' ends `edges` (E,).
     """
     transition, process, start = _motion(windows, noise)
     known = start * 0.0
@@ -160,24 +131,17 @@ def open_loop_variance(windows: Windows, noise: NoiseLevels, edges: Sequence[int
 
 def _motion(windows: Windows, noise: NoiseLevels) -> tuple[Array, Array, Array]:
     """Return transitions and process covariances, `(M, n, n)`, and the covariance of the start, `(n, n)`."""
-    transition, start = windows.transition.copy(), _start_covariance(windows)
-    waves = _wave_states(windows)
+    transition, process = windows.transition.copy(), windows.rounding.copy()
+    start, poses, waves = _start_covariance(windows), windows.floor.shape[1], _wave_states(windows)
     decay, mean_square = _wave_moments(windows, noise.wave)
     transition[:, waves, waves] = decay
     start[waves, waves] = noise.waviness**2 * mean_square.max(axis=0)
-    return transition, _process_covariance(windows, noise, decay, mean_square), start
-
-
-def _process_covariance(windows: Windows, noise: NoiseLevels, decay: Array, mean_square: Array) -> Array:
-    """Return the process covariance of each window, `(M, n, n)`, with the `_wave_moments` of its waves."""
-    poses, waves = windows.floor.shape[1], _wave_states(windows)
-    process = windows.rounding.copy()
     process[:, :poses, :poses] += noise.roughness**2 * windows.floor + noise.creep**2 * windows.creep
     process[:, :poses, :poses] += noise.sway**2 * windows.sway
     moving = windows.rolled.sum(axis=1) > 0.0
     process[:, range(poses), range(poses)] += LINEARISATION_NOISE**2 * moving[:, None]
     process[:, waves, waves] = noise.waviness**2 * mean_square * (1.0 - decay**2)
-    return np.asarray(process)
+    return transition, process, start
 
 
 def _wave_states(windows: Windows) -> NDArray[np.int64]:
@@ -189,11 +153,8 @@ def _wave_states(windows: Windows) -> NDArray[np.int64]:
 def _wave_moments(windows: Windows, length: float) -> tuple[Array, Array]:
     """Return the decay (M, W) of the floor's waves in each window, and the mean square of their mean in it.
 
-    They are Ornstein-Uhlenbeck processes along each wheel's travel, of unit variance per metre.
-
-    Args:
-        windows: Linear model of the recording.
-        length: Correlation length [m].
+    They are Ornstein-Uhlenbeck processes along each wheel's travel, of unit variance per metre. Their
+    correlation length is in metres.
     """
     ratio = windows.rolled / length
     decay = np.exp(-ratio)
@@ -233,15 +194,10 @@ def estimate_noise(
 ) -> NoiseLevels:
     """Return the levels of maximum posterior density, with all columns but the first as nuisances.
 
-    The derivatives of the likelihood are exact: the disturbance smoother gives them in one pass.
-
-    Args:
-        windows: Linear model of each recording.
-        columns: Of each recording inputs (M, 3 T, C) and measurements (M + 1, R, C): the data, then the
-            nuisances in units of their scale.
-        start: Where the search begins; by default at the nominal levels.
-        waves: Correlation lengths of the floor's waves to try [m].
-        tolerance: Relative rise of the log likelihood below which the search ends.
+    The derivatives of the likelihood are exact: the disturbance smoother gives them in one pass. `columns`
+    are of each recording inputs (M, 3 T, C) and measurements (M + 1, R, C): the data, then the nuisances in
+    units of their scale. `waves` are the correlation lengths of the floor's waves to try [m], and `tolerance`
+    is the relative rise of the log likelihood below which the search ends.
     """
     nominal = nominal_levels(windows)
     guess = nominal if start is None else start
@@ -312,13 +268,7 @@ def _negative_log_likelihood(
 
 
 def _slopes(run: Filter, noise: NoiseLevels, white: Array) -> Array:
-    """Return the slopes (10,) of one recording's log likelihood by the logarithms of levels.
-
-    Args:
-        run: Filter of the recording.
-        noise: The levels.
-        white: Whitened columns that are summed over, `(V, C)`.
-    """
+    """Return slopes (10,) of a recording's log likelihood by log levels, from whitened columns (V, C)."""
     windows = run.windows
     scores, informations, by_variance = adjoint(
         run.transition, windows.links, windows.observe, run.gains, run.spread, white

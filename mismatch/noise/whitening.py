@@ -100,14 +100,8 @@ def whiten(
 ) -> Array:
     """Return whitened innovations `(V, C)` of C columns, in the V rows that were measured, moment by moment.
 
-    Args:
-        transition: F, (M, n, n).
-        links: As in `gains_of`.
-        inputs: u, (M, k, C), of the first k states.
-        observe: H, (M + 1, R, n).
-        measured: z, (M + 1, R, C).
-        gains: As `gains_of` returns them.
-        spread: Likewise.
+    F, links, H, gains and spread are as in `gains_of`. Inputs u (M, k, C) are of the first k states, and z is
+    (M + 1, R, C).
     """
     moments, rows, states = observe.shape
     columns = measured.shape[2]
@@ -139,18 +133,10 @@ def adjoint(
 ) -> tuple[Array, Array, Array]:
     """Return scores and informations of an input in each step, and the likelihood's slope by each variance.
 
-    An input u = theta b in step m alone is estimated by theta = b' score / (b' information b), with
-    variance 1 / (b' information b). The derivative of the log likelihood by a process covariance Q[m] is
-    (score score' - information) / 2 (Koopman & Shephard, Biometrika 1992, equation 3.2), score score' being
-    summed over all columns.
-
-    Args:
-        transition: F, (M, n, n).
-        links: As in `gains_of`.
-        observe: H, (M + 1, R, n).
-        gains: As `gains_of` returns them.
-        spread: Likewise.
-        white: Whitened innovations of columns, (V, C), as `whiten` returns them.
+    An input u = theta b in step m alone is estimated by theta = b' score / (b' information b), with variance
+    1 / (b' information b). The derivative of the log likelihood by a process covariance Q[m] is (score score'
+    - information) / 2 (Koopman & Shephard, Biometrika 1992, equation 3.2), score score' being summed over all
+    columns. F, links, H, gains and spread are as in `gains_of`, and `white` (V, C) as `whiten` returns it.
 
     Returns:
         Scores (M, n, C) and information (M, n, n) of an input in each step, and the derivative (M + 1, R) of

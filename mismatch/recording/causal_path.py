@@ -25,13 +25,9 @@ def follow_poses(
 ) -> Array:
     """Return poses `(N, 3)` of a truck along its twists, corrected by earlier measured poses.
 
-    Args:
-        twist: Travel forward [m], travel to the left [m] and yaw [rad] of each step, shape `(N - 1, 3)`.
-        time: Times of the samples, shape `(N,)` [s].
-        start: First pose, shape `(3,)`.
-        pose_time: Times of the measured poses, ascending, shape `(P,)` [s].
-        pose: Measured x [m], y [m], heading [rad]; nan where not measured, shape `(P, 3)`.
-        after: Number of the first sample that is not before each pose, ascending, shape `(P,)`.
+    Twists (N - 1, 3) are travel forward and to the left [m] and yaw [rad] of each step between times (N,)
+    [s]. Poses (P, 3) [m, m, rad], nan where not measured, are of ascending times (P,); `after` (P,) are the
+    numbers of the first samples that are not before them.
     """
     path = np.empty((len(time), 3))
     path[0] = start
@@ -65,11 +61,8 @@ def follow_poses(
 def follow_linkage(lead: Array, twist: Array, time: Array, behind: Array) -> Array:
     """Return poses `(N, 3)` of truck b along its twists, corrected by earlier readings of the linkage.
 
-    Args:
-        lead: Poses of truck a, shape `(N, 3)`.
-        twist: Twists of truck b, as in `follow_poses`.
-        time: Times of the samples, shape `(N,)` [s].
-        behind: Pose of truck b in the frame of truck a by the readings, shape `(N, 3)` [m, m, rad].
+    `lead` (N, 3) are poses of truck a, and `behind` (N, 3) [m, m, rad] those of truck b in its frame by the
+    readings; twists and times are as in `follow_poses`.
     """
     path = np.empty((len(time), 3))
     path[0] = _composed(lead[0], behind[0])

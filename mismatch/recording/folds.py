@@ -34,11 +34,9 @@ def laps_of(recording: Recording) -> list[tuple[float, float]]:
 def folds_of(windows: Sequence[Windows], kind: Kind = "laps") -> list[NDArray[np.int64]]:
     """Return for each recording the number of the fold of each window's end, `(M + 1,)`.
 
-    Args:
-        windows: Linear model of each recording.
-        kind: "laps", a fold for each lap and the time until the next, if all recordings have laps and
-            together two or more, and else blocks of time of equal length; "blocks", every fourth of short
-            blocks; "moments", every other pair of windows.
+    "laps" are a fold for each lap and the time until the next, if all recordings have laps and together two
+    or more, and else blocks of time of equal length; "blocks" every fourth of short blocks; "moments" every
+    other pair of windows.
     """
     if kind != "laps":
         length, count = (SHORTEST, 4) if kind == "blocks" else (2.0 * WINDOW, 2)

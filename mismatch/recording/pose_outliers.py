@@ -28,11 +28,9 @@ OUTLIER_SIGMAS = 4.0  # normal noise exceeds it with a probability of 6.3e-5
 
 
 def pose_outliers(pose: Array, driven: Array) -> NDArray[np.bool_]:
-    """Return which values of poses `(M, 3)` are outliers, `(M, 3)`.
+    """Return which values of poses `(M, 3)`, in order of time and nan where unknown, are outliers, `(M, 3)`.
 
-    Args:
-        pose: Measured poses in order of time [m, m, rad]; nan where unknown.
-        driven: Poses by odometry at these times, from any start, headings unwrapped, `(M, 3)`.
+    `driven` (M, 3) are poses by odometry at these times, from any start, headings unwrapped.
     """
     outlying = np.zeros(pose.shape, bool)
     known = np.flatnonzero(np.isfinite(pose).all(axis=1))

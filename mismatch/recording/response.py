@@ -28,15 +28,10 @@ Columns = tuple["Array", "Array"]  # C columns: inputs `(M, 3 T, C)` and measure
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """Response of one recording to a set of effects.
+    """Response of one recording to a set of effects."""
 
-    Attributes:
-        inputs: Difference of the robot's motion in each window to the trajectory, `(M, 3 T)`.
-        offset: Errors of its measurements, `(M + 1, R)`.
-    """
-
-    inputs: Array
-    offset: Array
+    inputs: Array  # difference of the robot's motion in each window to the trajectory, `(M, 3 T)`
+    offset: Array  # errors of its measurements, `(M + 1, R)`
 
 
 def replayed(signals: Signals, effects: Sequence[Effect]) -> tuple[Block, Array]:
@@ -105,14 +100,7 @@ def brief_column(
 ) -> Columns:
     """Return `column` of an effect that changes the motion during an interval only.
 
-    Only the steps in which it acts are replayed.
-
-    Args:
-        windows: Linear model of the recording.
-        base: Effects that act in addition.
-        effect: Effect whose column it is.
-        step: Step of its parameter.
-        during: Start and end of the interval [s].
+    Only the steps in which it acts, from begin to end of `during` [s], are replayed.
     """
     signals = windows.signals
     first = max(int(np.searchsorted(windows.time, during[0], side="right")) - 1, 0)

@@ -33,29 +33,20 @@ POSE_INTERVAL = 0.5  # [s] to which dense poses are thinned before the trajector
 
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """One recording as N - 1 steps of a robot of T trucks, and a trajectory.
-
-    Attributes:
-        recording: The recording.
-        block: The steps of the nominal robot. Its readings are expected along the path: measured readings
-            would put the floor's noise on both sides of a regression on them.
-        path: Poses of the trucks about which the model is linear, headings unwrapped, `(N, T, 3)`.
-        facing: Cosine and sine of the headings between the samples, `(N - 1, T, 2)`.
-        driven: Displacement of the trucks in the world by their wheels alone, `(N, T, 3)`: without the
-            corrections by which the noise of readings and poses enters the path.
-        reading: Joint_a, joint_b [rad] and link [m], `(N, 3)`; no columns with a single truck.
-        resolution: One count of each reading, `(3,)` [rad, rad, m]; empty with a single truck.
-        poses: Measured from outside, within the samples and in order of time; None without.
-    """
+    """One recording as N - 1 steps of a robot of T trucks, and a trajectory."""
 
     recording: Recording
+    # the steps of the nominal robot. Its readings are expected along the path: measured readings would put
+    # the floor's noise on both sides of a regression on them
     block: Block
-    path: Array
-    facing: Array
+    path: Array  # poses of the trucks about which the model is linear, headings unwrapped, `(N, T, 3)`
+    facing: Array  # cosine and sine of the headings between the samples, `(N - 1, T, 2)`
+    # displacement of the trucks in the world by their wheels alone, `(N, T, 3)`: without the corrections by
+    # which the noise of readings and poses enters the path
     driven: Array
-    reading: Array
-    resolution: Array
-    poses: Poses | None
+    reading: Array  # joint_a, joint_b [rad] and link [m], `(N, 3)`; no columns with a single truck
+    resolution: Array  # one count of each reading, `(3,)` [rad, rad, m]; empty with a single truck
+    poses: Poses | None  # measured from outside, within the samples and in order of time; None without
 
     @property
     def trucks(self) -> tuple[TruckName, ...]:
@@ -115,12 +106,9 @@ def signals_of(recording: Recording) -> Signals:
 
 
 def about(signals: Signals, offset: Array, twist: Array) -> Signals:
-    """Return the signals of a recording about another trajectory.
+    """Return the signals of a recording about another trajectory, by twists `(N - 1, T, 3)` of the trucks.
 
-    Args:
-        signals: Signals of the recording.
-        offset: Known errors of the linkage readings, `(N, 3)` [rad, rad, m], which the trajectory leaves out.
-        twist: Twists of the trucks, `(N - 1, T, 3)`.
+    It leaves out known errors of the linkage readings, `(N, 3)` [rad, rad, m].
     """
     path = _path(signals.recording, twist, signals.reading - offset, signals.poses)
     heading, place, expected = _along_path(path)
@@ -189,12 +177,7 @@ def bridged(recording: Recording, channel: Channel, values: Array) -> Array:
 
 
 def _usable(recording: Recording, twist: Array) -> Poses | None:
-    """Return the poses within the recording's time, with outliers as unknown; None where none is known.
-
-    Args:
-        recording: Recording with the poses.
-        twist: Twists of the trucks by their wheels, `(N - 1, T, 3)`.
-    """
+    """Return the poses within the recording's time, with outliers as unknown; None where none is known."""
     poses, time = recording.poses, recording.time
     if poses is None:
         return None

@@ -36,41 +36,23 @@ DEFAULT_POSE_SIGMA = (0.003, 0.003, 0.003)  # [m, m, rad] of poses whose file st
 
 @dataclass(frozen=True, slots=True)
 class Windows:
-    """The linear model of one recording with M windows, n states and R rows of measurements.
-
-    Attributes:
-        signals: Signals of the recording.
-        ends: Samples at which windows begin and end, `(M + 1,)`.
-        transition: F, `(M, n, n)`.
-        links: Rows and columns off the transitions' diagonal that are not zero, `(K, 2)`.
-        observe: H, `(M + 1, R, n)`.
-        measured: Measured minus expected along the path; nan where nothing was measured, `(M + 1, R)`.
-        drift: Difference of odometry to the trajectory, `(M, 3 T)`.
-        stated: Variance of poses as their file states it; 0 for the linkage, `(M + 1, R)`.
-        floor: Process covariance of the poses for a roughness of 1 m/sqrt(m), `(M, 3 T, 3 T)`.
-        creep: Likewise of sideways motion, `(M, 3 T, 3 T)`.
-        sway: Likewise of trucks on their tyres, for 1 m/sqrt(s), `(M, 3 T, 3 T)`.
-        rounding: Process covariance of the encoders' rounding, and of starts and stops, `(M, n, n)`.
-        lever: Derivative of the state by the travel of each wheel, `(M, W, n)`.
-        rolled: Distance that each wheel rolls in each window, in either direction, `(M, W)` [m].
-        stamps: For each truck, the times of the poses (P,) [s] and the window's end (P,) nearest to each.
-    """
+    """The linear model of one recording with M windows, n states and R rows of measurements."""
 
     signals: Signals
-    ends: NDArray[np.int64]
-    transition: Array
-    links: NDArray[np.int64]
-    observe: Array
-    measured: Array
-    drift: Array
-    stated: Array
-    floor: Array
-    creep: Array
-    sway: Array
-    rounding: Array
-    lever: Array
-    rolled: Array
-    stamps: tuple[tuple[Array, NDArray[np.int64]], ...]
+    ends: NDArray[np.int64]  # samples at which windows begin and end, `(M + 1,)`
+    transition: Array  # F, `(M, n, n)`
+    links: NDArray[np.int64]  # rows and columns off the transitions' diagonal that are not zero, `(K, 2)`
+    observe: Array  # H, `(M + 1, R, n)`
+    measured: Array  # measured minus expected along the path; nan where nothing was measured, `(M + 1, R)`
+    drift: Array  # difference of odometry to the trajectory, `(M, 3 T)`
+    stated: Array  # variance of poses as their file states it; 0 for the linkage, `(M + 1, R)`
+    floor: Array  # process covariance of the poses for a roughness of 1 m/sqrt(m), `(M, 3 T, 3 T)`
+    creep: Array  # likewise of sideways motion, `(M, 3 T, 3 T)`
+    sway: Array  # likewise of trucks on their tyres, for 1 m/sqrt(s), `(M, 3 T, 3 T)`
+    rounding: Array  # process covariance of the encoders' rounding, and of starts and stops, `(M, n, n)`
+    lever: Array  # derivative of the state by the travel of each wheel, `(M, W, n)`
+    rolled: Array  # distance that each wheel rolls in each window, in either direction, `(M, W)` [m]
+    stamps: tuple[tuple[Array, NDArray[np.int64]], ...]  # of poses: times (P,) [s], nearest ends (P,)
 
     @property
     def time(self) -> Array:
@@ -91,12 +73,7 @@ class Windows:
         return slice(self.linkage + 3 * truck, self.linkage + 3 * truck + 3)
 
     def aged(self, truck: int, age: Callable[[Array], Array]) -> Array:
-        """Return the error `(M + 1, 3)` of poses of a truck that are older than their time stamps.
-
-        Args:
-            truck: Number of the truck.
-            age: Function from times (P,) [s] to ages (P,) [s].
-        """
+        """Return errors (M + 1, 3) of a truck's poses that are older than their stamps (P,) by an age [s]."""
         (stamp, end), path = self.stamps[truck], self.signals.driven[:, truck]
         taken, count = stamp - age(stamp), np.maximum(np.bincount(end, minlength=len(self.ends)), 1)
         moved = poses_at(taken, self.signals.time, path) - poses_at(stamp, self.signals.time, path)
@@ -182,25 +159,12 @@ def _ends(signals: Signals) -> NDArray[np.int64]:
 
 
 def pushed(signals: Signals, ends: NDArray[np.int64], twist: Array) -> Array:
-    """Return the inputs `(M, 3 T)` to the poses of additional twists `(K, T, 3)`.
-
-    Args:
-        signals: Signals of the recording.
-        ends: Samples at which M windows begin and end, shape `(M + 1,)`.
-        twist: In the K steps from the first to the last of these samples.
-    """
+    """Return inputs (M, 3 T) to poses by more twists (K, T, 3) from the first to the last window's end."""
     return _summed(_step_inputs(signals, ends, twist), np.ones((len(twist), 1)), ends - ends[0])[:, :, 0]
 
 
 def pushed_by_curves(signals: Signals, ends: NDArray[np.int64], twist: Array, curves: Array) -> Array:
-    """Return the inputs `(M, 3 T, B)` of additional twists `(N - 1, T, 3)`, times each of B curves.
-
-    Args:
-        signals: Signals of the recording.
-        ends: Samples at which M windows begin and end, shape `(M + 1,)`.
-        twist: In each step, for a curve that is one.
-        curves: In each step, `(N - 1, B)`.
-    """
+    """Return inputs (M, 3 T, B) by more twists (N - 1, T, 3), times each of B curves (N - 1, B)."""
     steps = slice(int(ends[0]), int(ends[-1]))  # a sample without all wheels ends no window
     inputs = _step_inputs(signals, ends, twist[steps])
     return _summed(inputs, np.ascontiguousarray(curves[steps]), ends - ends[0])

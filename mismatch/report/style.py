@@ -52,33 +52,18 @@ body{padding:.8rem}}
 
 
 class Head(NamedTuple):
-    """Head of a report, as plain text.
+    """Head of a report, as plain text."""
 
-    Attributes:
-        kind: Kind of report: the title is `<kind> of <name>`.
-        name: Name of the robot.
-        verdict: The verdict in a word.
-        colour: Class of the verdict's colour: mismatch, agreement or insufficient.
-        lead: The result in a sentence.
-        note: Source of the data.
-    """
-
-    kind: str
-    name: str
-    verdict: str
-    colour: str
-    lead: str
-    note: str
+    kind: str  # kind of report: the title is `<kind> of <name>`
+    name: str  # name of the robot
+    verdict: str  # the verdict in a word
+    colour: str  # class of the verdict's colour: mismatch, agreement or insufficient
+    lead: str  # the result in a sentence
+    note: str  # source of the data
 
 
 def html_report(head: Head, sections: Iterable[str], how_to_read: str) -> str:
-    """Return a report as one HTML page with nothing outside itself.
-
-    Args:
-        head: What it begins with.
-        sections: HTML of the sections.
-        how_to_read: Explanation at the end, as plain text.
-    """
+    """Return a report of sections in HTML, and of plain text on how to read it, as one page of its own."""
     kind, name, verdict, colour, lead, note = (escape(text) for text in head)
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'

@@ -27,12 +27,7 @@ MAX_DISTURBED_FRACTION = 0.2  # of windows, and of measurements: more are a roug
 
 
 def inflate_disturbed_windows(regression: Regression, rows: Array) -> tuple[list[Windows], int]:
-    """Return each recording's windows with a push as process noise of disturbed ones, and their number.
-
-    Args:
-        regression: Regression of the recordings.
-        rows: Whitened residual of the data, `(V,)`.
-    """
+    """Return windows with pushes as process noise where residuals (V,) show disturbed ones, and how many."""
     inflated, count = [], 0
     for windows, (scores, informations) in zip(regression.windows, regression.push_scores(rows), strict=True):
         covariance = windows.rounding.copy()

@@ -51,10 +51,7 @@ def events(
 ) -> list[Term]:
     """Return candidates that act at a place or time, given some sets of effects.
 
-    Args:
-        regression: Regression of the recordings.
-        conditionals: Fits given each set.
-        nameless: Whether pushes are candidates: not before the named events have their final moments.
+    Pushes, which are nameless, must wait until the named events have their final moments.
     """
     scores = [regression.push_scores(conditional.residual) for conditional in conditionals]
     candidates = []
@@ -93,12 +90,7 @@ def _bumps(regression: Regression, conditional: ConditionalFit, push_scores: Pus
 
 
 def push_terms(regression: Regression, push_scores: Sequence[PushScores]) -> list[Term]:
-    """Return pushes of each truck, in one window or over an interval.
-
-    Args:
-        regression: Regression of the recordings.
-        push_scores: Scores and informations of pushes, given each of some sets of effects.
-    """
+    """Return pushes of each truck, in one window or over an interval, by their scores given some sets."""
     pushes: list[Term] = []
     tries = regression.window_count
     for of_set in push_scores:
@@ -120,11 +112,7 @@ def _lasting(time: Array, strength: Array, peaks: Sequence[int]) -> list[tuple[f
 
     A displacement at constant speed is significant in each of its windows, and less in the adjacent ones,
     which share its readings: its bounds are where the strength falls to some fraction of the peak's.
-
-    Args:
-        time: Times of the windows' ends, `(M + 1,)` [s].
-        strength: Significance of a push in each window, in standard deviations, `(M,)`.
-        peaks: Windows of local maxima, the largest first.
+    `strength` (M,) is a push's significance in each window, and `peaks` are its maxima, the largest first.
     """
     intervals = set()
     covered = np.zeros(len(strength), bool)
@@ -175,11 +163,6 @@ def spans(
 
     A recording is divided into cells of time; the column of an interval is the sum of those of its cells, and
     so all intervals of whole cells are compared at once.
-
-    Args:
-        regression: Regression of the recordings.
-        conditionals: Fits given some sets of effects.
-        max_cells: Largest number of cells of a recording.
     """
     edges = [_cells(windows, max_cells) for windows in regression.windows]
     firsts = np.cumsum([0, *(len(of_recording) - 1 for of_recording in edges)])
@@ -237,12 +220,8 @@ def _cells(windows: Windows, max_cells: int) -> Array:
 def _slips(wheel: str, edges: Array, score: Array, gram: Array, tries: int) -> list[Term]:
     """Return candidates of slip in the most significant intervals, none of which overlap.
 
-    Args:
-        wheel: Wheel that slips.
-        edges: Edges of the K cells [s], shape `(K + 1,)`.
-        score: Products of the cells' columns with the data, shape `(K,)`.
-        gram: Products of them with each other, shape `(K, K)`.
-        tries: Number of intervals among which the candidates are chosen: any window may begin or end one.
+    Of the K cells between `edges` (K + 1,) [s] are products `score` (K,) of columns with the data, and `gram`
+    (K, K). Candidates are chosen among so many tries: any window may begin or end an interval.
     """
     count = len(score)
     score_up_to = np.concatenate(([0.0], np.cumsum(score)))

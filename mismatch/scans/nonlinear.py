@@ -26,13 +26,7 @@ MOVABLE = ("times", "time", "above", "intervals")
 
 
 def refine(regression: Regression, conditional: ConditionalFit, member: Term) -> Term:
-    """Return a term with its moments, interval or threshold at the largest z score given a set.
-
-    Args:
-        regression: Regression of the recordings.
-        conditional: Fit given the other members of the set.
-        member: A term of one column.
-    """
+    """Return a term of one column with moments, interval or threshold at the largest z score given a set."""
     z_score = _z_scores(regression, conditional, [member])[0]
     for step in _steps(regression, member):
         for _ in range(_MAX_MOVES):
@@ -96,13 +90,7 @@ def _moved(member: Term, step: float) -> list[Term]:
 
 
 def spreads(regression: Regression, member: Term, values: Array) -> dict[str, tuple[float, ...]]:
-    """Return the standard deviations of a term's nonlinear parameters, by name, from the Fisher information.
-
-    Args:
-        regression: Regression about the effects that fit best.
-        member: A term of them.
-        values: Its coefficients, `(k,)`.
-    """
+    """Return standard deviations of a term's nonlinear parameters, by name, from the Fisher information."""
     step = min(_steps(regression, member), default=0.0)
     deviations: dict[str, tuple[float, ...]] = {}
     for name in MOVABLE:

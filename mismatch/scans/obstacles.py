@@ -54,15 +54,10 @@ MIN_SPEED = 0.01  # [m/s] a slower wheel stops or reverses
 
 @dataclass(frozen=True, slots=True)
 class Train(Term):
-    """All obstacles under one wheel as a candidate of one column, with the ratios of their sizes fixed.
+    """All obstacles under one wheel as a candidate of one column, with the ratios of their sizes fixed."""
 
-    Attributes:
-        shares: Travel lost at each, over the mean of all, `(K,)`.
-        mean: Mean travel lost, in declared sizes.
-    """
-
-    shares: tuple[float, ...] = ()
-    mean: float = 1.0
+    shares: tuple[float, ...] = ()  # travel lost at each, over the mean of all, `(K,)`
+    mean: float = 1.0  # mean travel lost, in declared sizes
 
     def built(self, coefficients: Array) -> Effect:
         """Return the obstacles with this coefficient `(1,)`."""
@@ -93,12 +88,8 @@ def _obstacles(wheel: str, times: tuple[float, ...], size: float, shares: Sequen
 def train(wheel: str, times: tuple[float, ...], shares: tuple[float, ...], mean: float, odds: float) -> Train:
     """Return the candidate of all obstacles under one wheel.
 
-    Args:
-        wheel: Wheel under which they are.
-        times: When each crossing begins [s], in order.
-        shares: Travel lost at each, over the mean of all.
-        mean: Mean travel lost, in declared sizes.
-        odds: Prior log odds.
+    Crossings begin at `times` [s], in order, and lose shares of a mean travel, which is in declared sizes;
+    `odds` are log odds a priori.
     """
     probe = _obstacles(wheel, times, 1.0, shares)
     return Train(
@@ -108,17 +99,11 @@ def train(wheel: str, times: tuple[float, ...], shares: tuple[float, ...], mean:
 
 @dataclass(frozen=True, slots=True)
 class Obstacles:
-    """Obstacles that wheels crossed many times.
+    """Obstacles that wheels crossed many times."""
 
-    Attributes:
-        terms: Obstacles under each wheel that crossed any.
-        disturbances: Process covariance of each recording for the shaking in encounters, `(M, n, n)`.
-        noise: Noise levels without disturbed windows.
-    """
-
-    terms: list[Train]
-    disturbances: list[Array]
-    noise: NoiseLevels
+    terms: list[Train]  # obstacles under each wheel that crossed any
+    disturbances: list[Array]  # recordings' process covariances of shaking in encounters, `(M, n, n)`
+    noise: NoiseLevels  # noise levels without disturbed windows
 
     @property
     def values(self) -> list[Array]:
@@ -128,23 +113,14 @@ class Obstacles:
 
 @dataclass(frozen=True, slots=True)
 class _Encounter:
-    """A stretch of disturbed windows.
+    """A stretch of disturbed windows."""
 
-    Attributes:
-        number: Number of the recording.
-        windows: Linear model of the recording.
-        stretch: Numbers of the disturbed windows.
-        travel: Travel of each wheel in each of them, `(n, W)` [m].
-        gram: Products of the columns of pushes in each of them with each other, `(n 3 T, n 3 T)`.
-        score: Products of these columns with the residual of the data, `(n 3 T,)`.
-    """
-
-    number: int
-    windows: Windows
-    stretch: slice
-    travel: Array
-    gram: Array
-    score: Array
+    number: int  # number of the recording
+    windows: Windows  # linear model of the recording
+    stretch: slice  # numbers of the disturbed windows
+    travel: Array  # travel of each wheel in each of them, `(n, W)` [m]
+    gram: Array  # products of the columns of pushes in each of them with each other, `(n 3 T, n 3 T)`
+    score: Array  # products of these columns with the residual of the data, `(n 3 T,)`
 
     def evidence(self, pushes: Array) -> float:
         """Return the log evidence of pushes, of a covariance with the root `pushes` (n 3 T, k)."""
@@ -160,25 +136,18 @@ class _Encounter:
 
 @dataclass(frozen=True, slots=True)
 class _Crossing:
-    """An encounter explained as the crossing of an obstacle by a wheel.
+    """An encounter explained as the crossing of an obstacle by a wheel."""
 
-    Attributes:
-        evidence: Log Bayes factor against no disturbance.
-        begin: Time at which it begins [s].
-        lost: Travel lost [m].
-    """
-
-    evidence: float = -math.inf
-    begin: float = 0.0
-    lost: float = 0.0
+    evidence: float = -math.inf  # log Bayes factor against no disturbance
+    begin: float = 0.0  # time at which it begins [s]
+    lost: float = 0.0  # travel lost [m]
 
 
 def find_obstacles(regression: Regression) -> Obstacles:
     """Return the obstacles that wheels crossed many times, and the noise levels without them.
 
-    Args:
-        regression: Regression about the nominal robot, with the columns of startup nuisances, whitened by the
-            noise levels of such a robot.
+    The regression is about the nominal robot, with the columns of startup nuisances, whitened by the noise
+    levels of such a robot.
     """
     encounters, noise = _encounters(regression)
     if len(encounters) < MIN_ENCOUNTERS:
@@ -276,13 +245,8 @@ def _encounter(
 ) -> _Encounter:
     """Return an encounter with the products of pushes in each of its windows.
 
-    Args:
-        regression: Regression of the recordings.
-        number: Number of the recording.
-        stretch: Numbers of the disturbed windows.
-        travel: Travel of the wheels in them, `(n, W)` [m].
-        end: Last window whose measurements may depend on it.
-        rows: Whitened residual of the data, `(V,)`.
+    In the disturbed windows of `stretch` the wheels travel (n, W) [m]; measurements until the window `end`
+    may depend on them. `rows` (V,) is the whitened residual of the data.
     """
     windows, run = regression.windows[number], regression.filters[number]
     trucks = 3 * len(windows.signals.trucks)
@@ -413,9 +377,7 @@ def _other_evidence(encounter: _Encounter) -> float:
 def _mixtures(table: Array, other: Array) -> tuple[float, list[float], Array]:
     """Return the log likelihood of encounters, log odds of each wheel (W,), and responsibilities (E, W).
 
-    Args:
-        table: Log evidence of each encounter for an obstacle under each wheel, `(E, W)`.
-        other: Log evidence of each encounter without an obstacle, `(E,)`.
+    `table` (E, W) has encounters' log evidence for an obstacle under each wheel, and `other` (E,) for none.
     """
     count, wheels = table.shape
     prior = OBSTACLE.prior.log_odds - 0.5 * math.log(count)  # less the BIC of one more mixture weight

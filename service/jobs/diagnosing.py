@@ -80,7 +80,7 @@ def run_diagnosis(
 ) -> dict[str, Any]:
     """Diagnose recordings; return the result's columns."""
     from omnimate.mismatch import diagnose
-    from omnimate.mismatch.report import render
+    from omnimate.mismatch.report.page import render
     from omnimate.service.store.recordings import read_relative
 
     recordings = [read_relative(place, folder, name)[0] for name, folder in folders]

@@ -7,9 +7,8 @@ import pytest
 
 from omnimate.effects import effect_named
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.description.first_look import Look, first_look
-from omnimate.mismatch.description.wiring import WIRINGS, Wiring
-from omnimate.mismatch.report import render
+from omnimate.mismatch.description.first_look import WIRINGS, Look, Wiring, first_look
+from omnimate.mismatch.report.page import render
 from omnimate.motion.paths import figure_eight
 from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate

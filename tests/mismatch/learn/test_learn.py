@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 
 from omnimate.effects.errors import EffectError
 from omnimate.effects.file import format_effects, parse_effects
-from omnimate.mismatch.learn.choice import error
+from omnimate.mismatch.learn.learn import error
 
 GAIN = 150.0  # [nat] that the true law explains: a size of 17 sigma
 INSIDE = {

@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.mismatch import Diagnosis
 from omnimate.mismatch.diagnosis import Calibrated, Parameter
-from omnimate.mismatch.report import render
+from omnimate.mismatch.report.page import render
 
 VOID = {"meta", "br", "line", "circle", "rect", "polyline"}
 OPEN = {"th", "li"}
