@@ -21,7 +21,7 @@ from omnimate.mismatch.recording.response import misread_columns, moved_columns
 from omnimate.mismatch.recording.windows import pushed_by_curves
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from omnimate.mismatch.candidates.quantities import Curves
     from omnimate.mismatch.candidates.regression import Regression
@@ -37,6 +37,10 @@ LENGTH = 1e-3  # [m] of the link's or a position's error
 # close to each other that one of them stays in phase over a room of five metres
 REPEATS = np.arange(0.8, 4.05, 0.1)
 FLOOR = "place on a floor that repeats every {:.2f} m"
+
+
+# Component, what the error acts on, and quantity; number of columns.
+Group = tuple[tuple[str, str, str], int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,10 +70,11 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
     """
     signals = [windows.signals for windows in regression.windows]
     curves, turned = shared_quantities(signals), turns(signals)
-    offered = [
-        _columns(windows, own, turned=turned) for windows, own in zip(regression.windows, curves, strict=True)
-    ]
-    groups, raw = offered[0][0], zip(*(columns for _, columns in offered), strict=True)
+    groups, white = [], []
+    pairs = zip(regression.windows, curves, strict=True)
+    for of_recordings in zip(*(_columns(*pair, turned=turned) for pair in pairs), strict=True):
+        groups += of_recordings[0][0]
+        white.append(regression.whitened([columns for _, columns in of_recordings]))
     odds = UNKNOWN_PRIOR.log_odds - math.log(len(groups) / len({group[:2] for group, _ in groups}))
     terms = [
         Term(UNKNOWN, component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
@@ -78,7 +83,7 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
     return UnknownErrors(
         terms,
         [width for _, width in groups],
-        np.hstack([regression.whitened(of_recordings) for of_recordings in raw]),
+        np.hstack(white),
         {quantity: 2 * len(own) for quantity, own in curves[0].items()},
         regression.of_rows([_curves_at_ends(*each) for each in zip(regression.windows, curves, strict=True)]),
     )
@@ -90,28 +95,27 @@ def _curves_at_ends(windows: Windows, shared: Curves) -> Array:
     return np.hstack([part for own in at_ends for part in (own, np.diff(own, axis=0, prepend=own[:1]))])
 
 
-def _columns(
-    windows: Windows, shared: Curves, *, turned: bool
-) -> tuple[list[tuple[tuple[str, str, str], int]], list[Columns]]:
-    """Return how many columns are of each component, what it acts on, and quantity, and the columns.
+def _columns(windows: Windows, shared: Curves, *, turned: bool) -> Iterator[tuple[list[Group], Columns]]:
+    """Yield of each error its groups and all their columns, one error at a time, as all take much memory.
 
     Errors per turn are left out where the drive does not turn.
     """
     level = np.ones(len(windows.signals.block))
-    groups, columns = [], []
     for error in errors(windows):
         if error.acts_on == "turn" and not turned:
             continue
-        curves, constant = [], [] if error.constant_is_calibrated else [level]
-        for quantity, values in shared.items():
-            groups.append(((error.component, error.acts_on, quantity), len(constant) + len(values)))
-            curves += [*constant, *values]
-        columns.append(error.build(np.stack(curves, axis=1)))
+        constant = [] if error.constant_is_calibrated else [level]
+        groups = [
+            ((error.component, error.acts_on, quantity), len(constant) + len(values))
+            for quantity, values in shared.items()
+        ]
+        curves = [curve for values in shared.values() for curve in (*constant, *values)]
+        yield groups, error.build(np.stack(curves, axis=1))
     patterns = [_patterns(windows, wheel) for wheel in range(len(windows.signals.wheels))]
     for component, wheels in _rolling(windows):
-        groups += [((component, "", FLOOR.format(1.0 / repeats)), 4) for repeats in REPEATS]
-        columns.append(tuple(np.sum([patterns[wheel][part] for wheel in wheels], axis=0) for part in (0, 1)))
-    return groups, columns
+        groups = [((component, "", FLOOR.format(1.0 / repeats)), 4) for repeats in REPEATS]
+        pushed, misread = (np.sum([patterns[wheel][part] for wheel in wheels], axis=0) for part in (0, 1))
+        yield groups, (pushed, misread)
 
 
 def errors(windows: Windows) -> list[Error]:

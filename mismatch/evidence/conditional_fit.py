@@ -61,6 +61,7 @@ OUTLIER_SECONDS = 3  # seconds that may be outliers: a lasting effect must also 
 WHITE_PRIOR_STRETCHES = 4.0  # stretches that count a priori for white noise
 MAX_SHARE_IN_ONE_PART = 0.5  # of the information or the gain in one fold: beyond it, finer folds are used
 IMPOSSIBLE = -math.inf
+BATCH = 32  # candidates whose further columns are in memory at once
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,11 +219,14 @@ class ConditionalFit:
 
     def log_bayes_factors(self, columns: Array, widths: Sequence[int]) -> Array:
         """Return the log Bayes factors (K,) of candidates with so many of further columns (V, C) each."""
-        columns, shared, coefficients = self._with_nuisances(columns)
-        score, factors = self._score(columns, coefficients), []
-        for part in slices_of(widths):
-            gram = columns[:, part].T @ columns[:, part] - shared[:, part].T @ coefficients[:, part]
-            factors.append(float(log_bayes_factor(gram, score[part])))
+        places, factors = slices_of(widths), []
+        for batch in (places[first : first + BATCH] for first in range(0, len(places), BATCH)):
+            start = batch[0].start
+            some, shared, coefficients = self._with_nuisances(columns[:, start : batch[-1].stop])
+            score = self._score(some, coefficients)
+            for part in (slice(place.start - start, place.stop - start) for place in batch):
+                gram = some[:, part].T @ some[:, part] - shared[:, part].T @ coefficients[:, part]
+                factors.append(float(log_bayes_factor(gram, score[part])))
         return np.array(factors)
 
     def _with_nuisances(self, columns: Array) -> tuple[Array, Array, Array]:
