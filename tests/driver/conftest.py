@@ -1,7 +1,5 @@
 """A bus on which fake devices answer inside `send`: nothing runs beside the test, nothing waits."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -15,6 +13,7 @@ import pytest
 from omnimate.driver.canopen.dictionary import standard_dictionary
 from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.canopen.sdo import Sdo
+from omnimate.driver.robot.driver import Driver
 from omnimate.vehicle.parameters import Bus, Drive, Encoder, Linkage, Truck, VehicleParameters
 
 ABSENT, NO_SUB, READ_ONLY = 0x06020000, 0x06090011, 0x06010002
@@ -282,8 +281,9 @@ def wheel_encoder(channel, node, **changes):
     return Encoder(channel=channel, node=node, **(values | changes))
 
 
-def one_truck(encoders=None, drives=(), period=0.01):
-    encoders = encoders or (wheel_encoder("a.left", 1), wheel_encoder("a.right", 2))
+def one_truck(encoders=None, drives=(), period=0.01, **left):
+    """Return a robot of one truck, of which the left encoder may differ."""
+    encoders = encoders or (wheel_encoder("a.left", 1, **left), wheel_encoder("a.right", 2))
     return VehicleParameters(
         "single", {"a": Truck(0.34, 0.15, 0.15)}, None, Bus(500_000, period), encoders, drives
     )
@@ -303,6 +303,12 @@ def drive(wheel, node, sign=1, **changes):
     return Drive(wheel, node, 0x200 + node, sign, 40000, **changes)
 
 
+def driver_and_bus(*drives, **options):
+    """Return a driver of one truck, not configured, and its bus with two encoders and these drives."""
+    bus = FakeBus([encoder_device(1), encoder_device(2), *(drive_device(drive.node) for drive in drives)])
+    return Driver(one_truck(drives=drives), bus, **({"clock": FakeClock()} | options)), bus
+
+
 @dataclass(frozen=True)
 class Kit:
     """What the tests build with."""
@@ -316,6 +322,7 @@ class Kit:
     drive = staticmethod(drive)
     add_pdos = staticmethod(add_pdos)
     sdo = staticmethod(sdo)
+    driver_and_bus = staticmethod(driver_and_bus)
     LocalDevice = LocalDevice
     Bus = FakeBus
     Clock = FakeClock

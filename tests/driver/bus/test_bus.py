@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import socket
 import threading
 
@@ -43,12 +41,6 @@ def serve():
 
 GREETING = [(b"", b"< hi >")]
 OPENING = [(b"", b"< hi >"), (b"< open can0 >", b"< ok >")]
-
-
-def test_what_is_no_url_is_refused_with_an_example():
-    with pytest.raises(BusError, match="such as socketcan://can0") as caught:
-        open_bus("can0")
-    assert caught.value.url == "can0"
 
 
 def test_a_virtual_bus_opens_by_name():
@@ -123,11 +115,6 @@ def test_a_server_that_goes_away_is_noticed_by_reading(serve):
     bus.shutdown()
 
 
-def test_an_absent_network_interface_is_named():
-    with pytest.raises(BusError, match="ip link set can99"):
-        open_bus("socketcan://can99")
-
-
 @pytest.mark.parametrize(
     ("url", "library", "extra"),
     [
@@ -147,5 +134,6 @@ def test_an_interface_without_its_library_names_the_extra(monkeypatch, url, libr
 
 @pytest.mark.parametrize("url", ["socketcand:///can0", "socketcand://host:port/can0", "can0", ""])
 def test_a_malformed_url_is_a_bus_error(url):
-    with pytest.raises(BusError):
+    with pytest.raises(BusError) as caught:
         open_bus(url)
+    assert caught.value.url == url

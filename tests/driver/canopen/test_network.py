@@ -1,7 +1,5 @@
 """The network: what is sent and received is recorded in order, and an interface that fails is a lost bus."""
 
-from __future__ import annotations
-
 import pytest
 from canopen.objectdictionary import ObjectDictionary, ODVariable
 from canopen.objectdictionary.datatypes import UNSIGNED16

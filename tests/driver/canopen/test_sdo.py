@@ -1,7 +1,5 @@
 """Objects as numbers: what is put is read back, on two independent SDO servers."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

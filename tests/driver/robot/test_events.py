@@ -1,7 +1,5 @@
 """The log of events: repetitions are counted, order is that of the first time, and the length is bounded."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 
