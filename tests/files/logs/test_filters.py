@@ -1,7 +1,5 @@
 """Filters keep what was asked for and triggers find where it happens."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
