@@ -4,8 +4,10 @@ import math
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from omnimate.vcan_sim.nodes.drive import PowerState, next_state
+from omnimate.vcan_sim.nodes.drive import PowerState, next_state, statusword
 from omnimate.vcan_sim.reference import reference_vehicle
 
 NODE, COUNTS = 11, 40_000  # of drive a.left; counts per turn
@@ -15,11 +17,7 @@ ENABLED, DISABLED, FAULT, QUICK_STOP = 0x27, 0x40, 0x08, 0x07
 
 def enable(bench, node=NODE, mode=3):
     """Enable a drive as a master does, and let RPDO1 carry 60FFh."""
-    bench.write(node, 0x1400, 1, 0x8000_0200 + node, 4)
-    bench.write(node, 0x1600, 0, 0, 1)
-    bench.write(node, 0x1600, 1, 0x60FF_0020, 4)
-    bench.write(node, 0x1600, 0, 1, 1)
-    bench.write(node, 0x1400, 1, 0x200 + node, 4)
+    bench.map_pdo(node, 0x1600, [0x60FF_0020], 0x200 + node)
     bench.write(node, 0x6060, 0, mode, 1)
     bench.nmt(0x01, node)
     for controlword in (0x06, 0x07, 0x0F):
@@ -210,11 +208,50 @@ def test_a_drive_whose_encoder_is_a_channel_shows_it_at_6064h(make_bench):
     vehicle = reference_vehicle()
     left = replace(vehicle.encoders[0], node=NODE, profile="cia402")
     bench = make_bench(replace(vehicle, encoders=(left, *vehicle.encoders[1:])))
-    bench.plant.counts = (-5,) * 7
-    bench.sync()
+    bench.sync(count=-5)
     assert bench.read(NODE, 0x6064) == 2**32 - 5
 
 
-def test_from_switch_on_disabled_only_shutdown_leads_on():
-    for controlword in (0x07, 0x0F, 0x00, 0x02):
-        assert next_state(PowerState.SWITCH_ON_DISABLED, controlword, 0) is PowerState.SWITCH_ON_DISABLED
+states = st.sampled_from(PowerState)
+controlwords = st.integers(0, 0xFFFF)
+FAULTY = {PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE}
+
+
+@given(states, controlwords, controlwords)
+def test_without_voltage_no_drive_that_is_sound_stays_switched_on(state, controlword, previous):
+    after = next_state(state, controlword & ~0x02, previous)
+    assert after is PowerState.SWITCH_ON_DISABLED or state in FAULTY
+
+
+@given(controlwords, controlwords)
+def test_only_an_edge_of_fault_reset_leaves_the_fault(controlword, previous):
+    left = next_state(PowerState.FAULT, controlword, previous) is not PowerState.FAULT
+    assert left == bool(controlword & ~previous & 0x80)
+
+
+@given(states, controlwords, controlwords)
+def test_operation_is_enabled_by_enable_operation_alone_and_never_from_disabled(state, controlword, previous):
+    if next_state(state, controlword, previous) is PowerState.OPERATION_ENABLED:
+        assert controlword & 0x0F == 0x0F
+        assert state is not PowerState.SWITCH_ON_DISABLED
+        assert state not in FAULTY
+
+
+@given(states, st.booleans(), st.booleans(), st.booleans())
+def test_the_statusword_shows_the_state_and_the_bits(state, remote, reached, standing):
+    word = statusword(state, remote=remote, target_reached=reached, standing=standing)
+    shown = {mask: word & mask for mask in (0x4F, 0x6F)}
+    free = state in {PowerState.SWITCH_ON_DISABLED, *FAULTY}  # the quick stop bit may have any value
+    assert (shown[0x4F] == state & 0x4F) if free else (shown[0x6F] == state)
+    assert (bool(word & 0x200), bool(word & 0x400), bool(word & 0x1000)) == (remote, reached, standing)
+
+
+@pytest.mark.parametrize("state", [PowerState.OPERATION_ENABLED, PowerState.QUICK_STOP_ACTIVE])
+def test_quick_stop_stops_a_drive_that_runs(state):
+    assert next_state(state, 0x02, 0) is PowerState.QUICK_STOP_ACTIVE
+
+
+@pytest.mark.parametrize("controlword", [0x07, 0x0F, 0x00, 0x02])
+def test_from_switch_on_disabled_only_shutdown_leads_on(controlword):
+    disabled = PowerState.SWITCH_ON_DISABLED
+    assert next_state(disabled, controlword, 0) is disabled
