@@ -15,10 +15,40 @@ from omnimate.vcan_sim.truth import Truth
 from tests.commands import runner
 
 
+class ScriptedBus:
+    """A bus on which prepared messages arrive, and then something else happens."""
+
+    def __init__(self, messages, then):
+        self.messages, self.then, self.closed = list(messages), then, False
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.closed = True
+
+    def recv(self, _timeout):
+        return self.messages.pop(0) if self.messages else self.then()
+
+
 @pytest.fixture
 def omnimate(capsys, monkeypatch):
     """Return a function that runs `omnimate` with arguments and gives its exit code and output."""
     return runner("omnimate", main, capsys, monkeypatch)
+
+
+@pytest.fixture
+def refused(omnimate):
+    """Return a function that runs `omnimate`, which must fail without a traceback, and gives its stderr."""
+
+    def run(*arguments, out=None):
+        result = omnimate(*arguments)
+        assert result.code == 1
+        assert "Traceback" not in result.err
+        assert out in {None, result.out}
+        return result.err
+
+    return run
 
 
 @pytest.fixture(scope="session")

@@ -56,12 +56,12 @@ def test_the_linkage_is_calibrated_and_its_zeros_are_written(omnimate, folder, t
     assert shift == pytest.approx(0.010, abs=2e-3)
 
 
-def test_a_plot_of_a_linkage_alone_is_refused(omnimate, folder, tmp_path):
+def test_a_plot_of_a_linkage_alone_is_refused(refused, folder, tmp_path):
     without = shutil.copytree(folder, tmp_path / "without")
     (without / "poses.csv").unlink()
-    result = omnimate("calibrate", without, "--linkage", "--plot", tmp_path / "way.svg")
-    assert result.code == 1
-    assert "no truck has two absolute poses" in result.err
+    assert "no truck has two absolute poses" in refused(
+        "calibrate", without, "--linkage", "--plot", tmp_path / "way.svg"
+    )
 
 
 def test_relative_poses_calibrate_a_truck_and_place_their_sensor(omnimate, folder, tmp_path):

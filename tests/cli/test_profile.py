@@ -33,9 +33,3 @@ def test_what_is_kept_under_a_name_is_what_out_writes_once_it_is_applied(omnimat
     assert done.code == 0
     assert load_vehicle(applied).trucks == load_vehicle(out).trucks
     assert load_vehicle(applied).trucks != load_vehicle(nominal).trucks
-
-
-def test_a_vehicle_file_is_no_file_of_profiles(omnimate, folder):
-    refused = omnimate("profile", "list", folder / "vehicle.toml")
-    assert refused.code == 1
-    assert "expected tables" in refused.err

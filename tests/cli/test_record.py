@@ -75,14 +75,6 @@ def test_replay_prints_frames_and_commands_as_far_from_the_fault_as_asked(flight
     assert "commanded" in far
 
 
-def test_the_flight_recorder_and_listening_exclude_each_other(omnimate, tmp_path):
-    result = omnimate(
-        "record", tmp_path / "drive", "--bus", "x://y", "--listen-only", "--flight-recorder", tmp_path
-    )
-    assert result.code == 1
-    assert "--listen-only supervises no node" in result.err
-
-
 class Silent(can.BusABC):
     """A bus on which nothing is sent; time passes on it alone."""
 
