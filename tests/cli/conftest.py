@@ -31,6 +31,15 @@ class ScriptedBus:
         return self.messages.pop(0) if self.messages else self.then()
 
 
+def device_of(bus, node):
+    """Return the simulated device of a bench with a node id."""
+    return next(device for device in bus._devices._devices if device.node == node)
+
+
+def identity(device):
+    return [device.objects[0x1018, sub] for sub in (1, 2, 3, 4)]
+
+
 @pytest.fixture
 def omnimate(capsys, monkeypatch):
     """Return a function that runs `omnimate` with arguments and gives its exit code and output."""

@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.files.recordings.folder import load_recording
 
-READERS = [["replay"], ["umbmark"], ["calibrate"], ["track"], ["listen"], ["monitor"]]
+READERS = [["replay"], ["umbmark"], ["calibrate"], ["track"], ["listen"], ["monitor"], ["dump"]]
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 import re
 
-import can
 import numpy as np
 import pytest
 
@@ -10,7 +9,7 @@ from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.errors import NoSync
 from omnimate.driver.robot.passive import PassiveReader
 from omnimate.files.logs.blocks import read_log
-from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.files.logs.formats.python_can_logs import message_of_frame
 from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
@@ -99,12 +98,7 @@ def test_a_strangers_log_on_the_bus_is_heard_without_an_unhandled_frame(path):
     url = "virtual://strangers"
     with open_bus(url) as sender, PassiveReader(reference_vehicle(), url) as ear:
         for frame in frames:
-            kind = {
-                "is_extended_id": bool(frame.flags & EXTENDED),
-                "is_remote_frame": bool(frame.flags & REMOTE),
-                "is_error_frame": bool(frame.flags & ERROR),
-            }
-            sender.send(can.Message(arbitration_id=frame.can_id, data=frame.data, **kind))
+            sender.send(message_of_frame(frame))
         try:
             samples = list(ear.samples(idle=0.0, patience=0.2))
         except NoSync:

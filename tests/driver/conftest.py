@@ -289,14 +289,13 @@ def one_truck(encoders=None, drives=(), period=0.01, **left):
     )
 
 
-def two_trucks():
-    wheels = [
-        wheel_encoder(name, node) for node, name in enumerate(("a.left", "a.right", "b.left", "b.right"), 1)
-    ]
-    joints = [wheel_encoder(name, node) for node, name in enumerate(("joint_a", "joint_b"), 5)]
-    link = wheel_encoder("link", 7, counts_per_turn=None, counts_per_metre=10000)
+def two_trucks(period=0.01, **changes):
+    """Return a robot of two trucks, all encoders of which are changed alike."""
+    names = ("a.left", "a.right", "b.left", "b.right", "joint_a", "joint_b")
+    turning = [wheel_encoder(name, node, **changes) for node, name in enumerate(names, 1)]
+    link = wheel_encoder("link", 7, counts_per_turn=None, counts_per_metre=10000, **changes)
     trucks = {"a": Truck(0.34, 0.15, 0.15), "b": Truck(0.34, 0.15, 0.15)}
-    return VehicleParameters("two", trucks, Linkage(1.0), Bus(500_000, 0.01), (*wheels, *joints, link))
+    return VehicleParameters("two", trucks, Linkage(1.0), Bus(500_000, period), (*turning, link))
 
 
 def drive(wheel, node, sign=1, **changes):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from omnimate.effects import EFFECTS, effect_named
-from omnimate.effects.block import Block
 from omnimate.motion.paths import out_and_back, squares
 from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.floor import SMOOTH, Floor
@@ -18,6 +17,7 @@ from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.sonar import Sonar
+from tests.effects.conftest import drive
 from tests.vcan_sim.conftest import ListBus
 
 DT = 0.015
@@ -128,13 +128,13 @@ def test_steps_of_the_plant_equal_one_block_of_the_whole_drive(vehicle):
     )
     nominal = Plant(Truth(vehicle, **EXACT), vehicle)
     altered = Plant(Truth(vehicle, effects=reading, **EXACT), vehicle)
-    true, counted, blocks = [], [], []
+    true, counted = [], []
     for command in speeds(200):
         for plant in (nominal, altered):
             plant.step(command, DT)
         true.append([*nominal.state["joint"][0], nominal.link_length])
         counted.append(altered.raw_counts()[4:])
-    blocks = _block(vehicle, np.array(true))
+    blocks = replace(drive(200), reading=np.array(true))
     for acting in reading:
         blocks, _ = acting.act(blocks)
     zero = np.array([0.0, 0.0, vehicle.linkage.length])
@@ -142,26 +142,6 @@ def test_steps_of_the_plant_equal_one_block_of_the_whole_drive(vehicle):
     start = np.array([vehicle.encoder(name).zero for name in ("joint_a", "joint_b", "link")])
     shown = zero + scale * (np.array(counted) - start)
     assert np.abs(shown - blocks.reading).max(axis=0) == pytest.approx(0.5 * np.abs(scale), rel=0.1)
-
-
-def _block(vehicle, reading):
-    steps = len(reading)
-    none = np.zeros((steps, 4))
-    return Block(
-        time=DT * np.arange(1, steps + 1),
-        period=np.full(steps, DT),
-        angle=none,
-        turned=none,
-        speed=none,
-        acceleration=none,
-        wheelbase=np.array([0.34, 0.34]),
-        heading=none[:, :2],
-        place=np.zeros((steps, 2, 2)),
-        travel=none,
-        twist=np.zeros((steps, 2, 3)),
-        reading=reading,
-        rest=vehicle.linkage.length,
-    )
 
 
 def test_a_live_vehicle_counts_as_a_plant_and_as_simulate_does(vehicle):

@@ -15,14 +15,18 @@ from omnimate.driver.robot.driver import Driver
 from omnimate.vehicle.parameters import Bus, Encoder
 
 
+@pytest.fixture
+def device(kit):
+    return kit.encoder_device(1)
+
+
 def configure(kit, device, vehicle=None, **left):
     """Configure node 1, of which the encoder in the vehicle may differ; return the report and the bus."""
     sdo, network = kit.sdo([device])
     return configure_node(sdo, vehicle or kit.one_truck(**left), network.nmt_command), network.can_bus
 
 
-def test_a_factory_fresh_encoder_answers_sync_afterwards(kit):
-    device = kit.encoder_device(1)
+def test_a_factory_fresh_encoder_answers_sync_afterwards(kit, device):
     report, bus = configure(kit, device)
     assert device.objects[0x1800, 1][0] == 0x40000181
     assert device.objects[0x1800, 2][0] == 1
@@ -35,8 +39,7 @@ def test_a_factory_fresh_encoder_answers_sync_afterwards(kit):
     assert (0x000, b"\x80\x01") in bus.sent
 
 
-def test_a_pdo_is_mapped_in_the_order_of_cia_301_and_keeps_bit_30(kit):
-    device = kit.encoder_device(1)
+def test_a_pdo_is_mapped_in_the_order_of_cia_301_and_keeps_bit_30(kit, device):
     configure(kit, device)
     mapping = [write for write in device.writes if write[0] in {0x1800, 0x1A00}]
     assert mapping == [
@@ -48,16 +51,14 @@ def test_a_pdo_is_mapped_in_the_order_of_cia_301_and_keeps_bit_30(kit):
     ]
 
 
-def test_inhibit_time_and_event_timer_are_cleared(kit):
-    device = kit.encoder_device(1)
+def test_inhibit_time_and_event_timer_are_cleared(kit, device):
     device.objects[0x1800, 3][0] = 100
     device.objects[0x1800, 5][0] = 50
     configure(kit, device)
     assert device.objects[0x1800, 3][0] == device.objects[0x1800, 5][0] == 0
 
 
-def test_a_device_that_is_right_already_is_left_alone(kit):
-    device = kit.encoder_device(1)
+def test_a_device_that_is_right_already_is_left_alone(kit, device):
     configure(kit, device)
     device.writes.clear()
     report, bus = configure(kit, device)
@@ -66,47 +67,41 @@ def test_a_device_that_is_right_already_is_left_alone(kit):
     assert not [data for can_id, data in bus.sent if can_id == 0]
 
 
-def test_a_tpdo_that_only_fills_the_bus_is_switched_off(kit):
-    device = kit.encoder_device(1)
+def test_a_tpdo_that_only_fills_the_bus_is_switched_off(kit, device):
     device.objects[0x1801, 1][0] = 0x281
     report, _ = configure(kit, device)
     assert device.objects[0x1801, 1][0] == 0x80000281
     assert "TPDO2 281h switched off" in report.changed
 
 
-def test_tpdo2_is_used_where_no_tpdo_has_the_cob_id(kit):
-    device = kit.encoder_device(1)
+def test_tpdo2_is_used_where_no_tpdo_has_the_cob_id(kit, device):
     configure(kit, device, cob_id=0x1A1)
     assert device.objects[0x1801, 1][0] & 0x800007FF == 0x1A1
     assert device.objects[0x1800, 1][0] >> 31
 
 
 @pytest.mark.parametrize("key", ["vendor", "product", "serial"])
-def test_another_identity_is_refused_before_anything_is_written(kit, key):
-    device = kit.encoder_device(1)
+def test_another_identity_is_refused_before_anything_is_written(kit, device, key):
     with pytest.raises(WrongDevice, match=key) as caught:
         configure(kit, device, **{key: 9})
     assert caught.value.key == key
     assert device.writes == []
 
 
-def test_a_device_without_a_profile_is_taken_with_a_remark(kit):
-    device = kit.encoder_device(1)
+def test_a_device_without_a_profile_is_taken_with_a_remark(kit, device):
     device.objects[0x1000, 0][0] = 0
     report, _ = configure(kit, device)
     assert any("1000h states profile 0" in remark for remark in report.remarks)
 
 
-def test_650bh_stands_in_for_a_missing_serial_number(kit):
-    device = kit.encoder_device(1)
+def test_650bh_stands_in_for_a_missing_serial_number(kit, device):
     del device.objects[0x1018, 4]
     device.put(0x650B, 0, 77, 4)
     report, _ = configure(kit, device, serial=77)
     assert any("650Bh" in remark for remark in report.remarks)
 
 
-def test_a_device_that_produces_sync_itself_is_silenced(kit):
-    device = kit.encoder_device(1)
+def test_a_device_that_produces_sync_itself_is_silenced(kit, device):
     device.objects[0x1005, 0][0] = 0x40000080
     report, _ = configure(kit, device)
     assert device.objects[0x1005, 0][0] == 0x80
@@ -122,8 +117,7 @@ def two_on_one(kit, **changes):
     )
 
 
-def test_two_channels_of_one_encoder_are_6020h_in_order(kit):
-    device = kit.encoder_device(1)
+def test_two_channels_of_one_encoder_are_6020h_in_order(kit, device):
     report, _ = configure(kit, device, two_on_one(kit))
     assert [device.objects[0x1A00, n][0] for n in (0, 1, 2)] == [2, 0x60200120, 0x60200220]
     assert report.lengths == {0x181: 8}
@@ -135,15 +129,13 @@ def test_two_axes_of_one_drive_are_6064h_and_6864h(kit):
     assert [device.objects[0x1A00, n][0] for n in (0, 1, 2)] == [2, 0x60640020, 0x68640020]
 
 
-def test_a_gap_is_filled_with_the_status_word(kit):
-    device = kit.encoder_device(1)
+def test_a_gap_is_filled_with_the_status_word(kit, device):
     report, _ = configure(kit, device, start_bit=24)
     assert [device.objects[0x1A00, n][0] for n in range(4)] == [3, 0x65000010, 0x10010008, 0x60040020]
     assert report.lengths == {0x181: 7}
 
 
-def test_a_gap_is_filled_with_a_dummy_where_the_status_cannot_be_mapped(kit):
-    device = kit.encoder_device(1)
+def test_a_gap_is_filled_with_a_dummy_where_the_status_cannot_be_mapped(kit, device):
     device.refuse[0x1A00, 1, 0x65000010] = 0x06040041
     configure(kit, device, start_bit=16)
     assert [device.objects[0x1A00, n][0] for n in range(3)] == [2, 0x00060010, 0x60040020]
@@ -162,8 +154,7 @@ def test_a_gap_is_filled_with_a_dummy_where_the_status_cannot_be_mapped(kit):
         (8192, 4096, 4096, "vehicle.toml 4096"),
     ],
 )
-def test_the_wrap_range_is_chosen_per_node_and_stated(kit, reported, stated, chosen, words):
-    device = kit.encoder_device(1)
+def test_the_wrap_range_is_chosen_per_node_and_stated(kit, device, reported, stated, chosen, words):
     if reported is None:
         del device.objects[0x6002, 0]
     else:

@@ -182,21 +182,17 @@ def test_a_drive_that_the_driver_makes_pre_operational_has_lost_nothing(kit, ena
     assert driver.command((1.0, 1.0)) == (1.0, 1.0)
 
 
-def test_a_restart_in_the_middle_of_its_configuration_stops_all(kit, robot):
+@pytest.mark.parametrize(
+    ("node", "written", "can_id", "data", "trouble"),
+    [(17, 0x1016, 0x711, b"\0", "while it was configured"), (18, 0x6060, 0x091, EMERGENCY, "8110h")],
+    ids=["a restart in its configuration", "an emergency of an enabled one while the next one is not yet"],
+)
+def test_trouble_of_a_drive_during_enable_stops_all(kit, robot, node, written, can_id, data, trouble):
     driver, bus = robot
-    sends_at_writes(bus, 17, {0x1016}, kit.frame(0x711, b"\0"))
+    sends_at_writes(bus, node, {written}, kit.frame(can_id, data))
     driver.enable()
     driver.cycle()
-    with pytest.raises(DrivesStopped, match="while it was configured"):
-        driver.command((1.0, 1.0))
-
-
-def test_an_emergency_of_a_drive_that_is_enabled_while_the_next_one_is_not_stops_all(kit, robot):
-    driver, bus = robot
-    sends_at_writes(bus, 18, {0x6060}, kit.frame(0x091, EMERGENCY))
-    driver.enable()
-    driver.cycle()
-    with pytest.raises(DrivesStopped, match="8110h"):
+    with pytest.raises(DrivesStopped, match=trouble):
         driver.command((1.0, 1.0))
 
 

@@ -32,14 +32,6 @@ def drive(kit, folder, cycles=20, **kwargs):
     return samples, recorder
 
 
-def test_what_was_driven_live_is_what_the_folder_holds(kit, tmp_path):
-    samples, _ = drive(kit, tmp_path / "run")
-    recording = load_recording(tmp_path / "run")
-    assert recording.counts.tolist() == [list(sample.counts) for sample in samples]
-    assert recording.time == pytest.approx([sample.time for sample in samples], abs=1e-6)
-    assert recording.present.all()
-
-
 def test_every_frame_is_there_in_order_sent_and_received(kit, tmp_path):
     drive(kit, tmp_path / "run", cycles=1)
     lines = (tmp_path / "run" / "can.log").read_text().splitlines()

@@ -15,7 +15,7 @@ MASK = 0x6F
 ENABLED, DISABLED, FAULT, QUICK_STOP = 0x27, 0x40, 0x08, 0x07
 
 
-def enable(bench, node=NODE, mode=3):
+def enable(bench, node=NODE, mode=3, velocity=None):
     """Enable a drive as a master does, and let RPDO1 carry 60FFh."""
     bench.map_pdo(node, 0x1600, [0x60FF_0020], 0x200 + node)
     bench.write(node, 0x6060, 0, mode, 1)
@@ -23,6 +23,8 @@ def enable(bench, node=NODE, mode=3):
     for controlword in (0x06, 0x07, 0x0F):
         bench.write(node, 0x6040, 0, controlword, 2)
     bench.take()
+    if velocity is not None:
+        command(bench, velocity, node)
 
 
 def command(bench, velocity, node=NODE):
@@ -59,22 +61,19 @@ def test_the_states_follow_shutdown_switch_on_and_enable(bench):
 
 
 def test_a_target_velocity_by_rpdo_turns_the_wheel(bench):
-    enable(bench)
-    command(bench, COUNTS)
+    enable(bench, velocity=COUNTS)
     assert run(bench) == pytest.approx(2.0 * math.pi)
     assert bench.read(NODE, 0x606C) == COUNTS
 
 
 def test_a_mirrored_motor_turns_its_wheel_forward_at_a_negative_velocity(bench):
-    enable(bench, node=12)
-    command(bench, -COUNTS, node=12)
+    enable(bench, node=12, velocity=-COUNTS)
     bench.sync(100)
     assert bench.plant.speeds[1] == pytest.approx(2.0 * math.pi)
 
 
 def test_without_a_mode_of_operation_it_does_not_move(bench):
-    enable(bench, mode=0)
-    command(bench, COUNTS)
+    enable(bench, mode=0, velocity=COUNTS)
     assert run(bench) == 0.0
 
 
@@ -106,14 +105,12 @@ def test_a_jump_of_the_target_is_smoothed_by_the_profile_acceleration(bench):
 
 
 def test_cyclic_synchronous_velocity_has_no_ramp(bench):
-    enable(bench, mode=9)
-    command(bench, COUNTS)
+    enable(bench, mode=9, velocity=COUNTS)
     assert run(bench, 1) == pytest.approx(2.0 * math.pi)
 
 
 def test_halt_stops_without_disabling(bench):
-    enable(bench)
-    command(bench, COUNTS)
+    enable(bench, velocity=COUNTS)
     run(bench)
     bench.write(NODE, 0x6040, 0, 0x010F, 2)
     assert run(bench) == 0.0
@@ -123,8 +120,7 @@ def test_halt_stops_without_disabling(bench):
 
 
 def test_a_quick_stop_ends_disabled(bench):
-    enable(bench)
-    command(bench, COUNTS)
+    enable(bench, velocity=COUNTS)
     run(bench)
     bench.write(NODE, 0x6040, 0, 0x0002, 2)
     assert state(bench) == QUICK_STOP
@@ -134,8 +130,7 @@ def test_a_quick_stop_ends_disabled(bench):
 
 def test_the_velocity_is_limited_by_607fh(bench):
     bench.write(NODE, 0x607F, 0, 1000, 4)
-    enable(bench)
-    command(bench, -COUNTS)
+    enable(bench, velocity=-COUNTS)
     run(bench)
     assert bench.read(NODE, 0x606C) == 2**32 - 1000
 
@@ -156,8 +151,7 @@ def lose_the_heartbeat(bench):
 @pytest.mark.parametrize(("option", "after"), [(0, ENABLED), (1, FAULT), (2, DISABLED), (3, DISABLED)])
 def test_a_lost_master_is_reported_and_the_wheel_stops_as_6007h_says(bench, lose, code, option, after):
     bench.write(NODE, 0x6007, 0, option, 2)
-    enable(bench)
-    command(bench, COUNTS)
+    enable(bench, velocity=COUNTS)
     run(bench)
     lose(bench)
     assert state(bench) == ENABLED
@@ -179,8 +173,7 @@ def test_a_refreshed_command_keeps_the_watchdog_quiet(bench):
 
 @pytest.mark.parametrize("nmt", [0x02, 0x80, 0x81, 0x82])
 def test_a_drive_that_leaves_operational_stops(bench, nmt):
-    enable(bench)
-    command(bench, COUNTS)
+    enable(bench, velocity=COUNTS)
     run(bench)
     bench.nmt(nmt, NODE)
     assert run(bench) == 0.0
@@ -189,8 +182,7 @@ def test_a_drive_that_leaves_operational_stops(bench, nmt):
 
 
 def test_the_position_counts_what_the_motor_turned(bench):
-    enable(bench, mode=9)
-    command(bench, 1000)
+    enable(bench, mode=9, velocity=1000)
     bench.sync(100)
     assert bench.read(NODE, 0x6064) == 1500
 
