@@ -17,7 +17,7 @@ def test_a_recording_becomes_every_format(omnimate, small_drive, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".pcap", ".blf", ".csv", ".log.gz"])
-def test_there_and_back_is_the_same_recording(omnimate, small_drive, tmp_path, suffix):
+def test_there_and_back_is_the_same_recording(omnimate, accepted, small_drive, tmp_path, suffix):
     omnimate("export", small_drive, tmp_path / f"bus{suffix}")
     call = (
         "import",
@@ -27,8 +27,7 @@ def test_there_and_back_is_the_same_recording(omnimate, small_drive, tmp_path, s
         "--vehicle",
         small_drive / "vehicle.toml",
     )
-    result = omnimate(*call)
-    assert result.code == 0, result.err
+    accepted(*call)
     assert (tmp_path / "back" / "can.log").read_bytes() == (small_drive / "can.log").read_bytes()
     assert load_recording(tmp_path / "back").counts.tolist() == load_recording(small_drive).counts.tolist()
 

@@ -308,29 +308,24 @@ def driver_and_bus(*drives, **options):
     return Driver(one_truck(drives=drives), bus, **({"clock": FakeClock()} | options)), bus
 
 
-@dataclass(frozen=True)
-class Kit:
-    """What the tests build with."""
-
-    frame = staticmethod(frame)
-    encoder_device = staticmethod(encoder_device)
-    drive_device = staticmethod(drive_device)
-    wheel_encoder = staticmethod(wheel_encoder)
-    one_truck = staticmethod(one_truck)
-    two_trucks = staticmethod(two_trucks)
-    drive = staticmethod(drive)
-    add_pdos = staticmethod(add_pdos)
-    sdo = staticmethod(sdo)
-    driver_and_bus = staticmethod(driver_and_bus)
-    LocalDevice = LocalDevice
-    Bus = FakeBus
-    Clock = FakeClock
-
-
 @pytest.fixture
 def kit():
     """Fakes to build with."""
-    return Kit()
+    return SimpleNamespace(
+        frame=frame,
+        encoder_device=encoder_device,
+        drive_device=drive_device,
+        wheel_encoder=wheel_encoder,
+        one_truck=one_truck,
+        two_trucks=two_trucks,
+        drive=drive,
+        add_pdos=add_pdos,
+        sdo=sdo,
+        driver_and_bus=driver_and_bus,
+        LocalDevice=LocalDevice,
+        Bus=FakeBus,
+        Clock=FakeClock,
+    )
 
 
 @pytest.fixture

@@ -39,10 +39,15 @@ def values(answers):
     return [[int.from_bytes(data, "little") for data in sent] for sent in answers]
 
 
-def test_silence_begins_and_ends_at_its_times_of_the_devices_clock(make_bench):
-    bench = make_bench(faults=[Silence(node=1, at=0.045, duration=0.030)])
+@pytest.mark.parametrize(
+    ("kind", "answers"),
+    [(Silence, [[1], [2], [], [], [5], [6]]), (FrozenCounter, [[1], [2], [2], [2], [5], [6]])],
+    ids=["silence", "a frozen counter, which repeats its last value"],
+)
+def test_a_fault_begins_and_ends_at_its_times_of_the_devices_clock(make_bench, kind, answers):
+    bench = make_bench(faults=[kind(node=1, at=0.045, duration=0.030)])
     bench.answer_sync(1)
-    assert values(count_up(bench, 6)) == [[1], [2], [], [], [5], [6]]
+    assert values(count_up(bench, 6)) == answers
 
 
 def test_a_silent_node_answers_no_sdo_and_has_no_heartbeat(bench):
@@ -86,12 +91,6 @@ def test_an_emergency_is_reported_and_taken_back(make_bench):
     bench.sync(2)
     assert bench.take() == [(0x082, bytes(8))]
     assert bench.read(2, 0x1003, 1) == 0x5000
-
-
-def test_a_frozen_counter_answers_in_time_with_its_last_value(make_bench):
-    bench = make_bench(faults=[FrozenCounter(node=1, at=0.045, duration=0.030)])
-    bench.answer_sync(1)
-    assert values(count_up(bench, 6)) == [[1], [2], [2], [2], [5], [6]]
 
 
 def test_babbling_floods_the_bus_with_the_nodes_own_pdo(bench):

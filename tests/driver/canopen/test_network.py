@@ -62,13 +62,6 @@ def test_a_frame_that_could_not_be_sent_is_not_recorded(network, sink):
     assert sink.frames == []
 
 
-def test_an_interface_that_fails_while_receiving_is_a_lost_bus_with_its_cause(network):
-    network.can_bus.is_dead = True
-    with pytest.raises(BusLost) as caught:
-        network.receive(0.0)
-    assert caught.value.cause == "interface is down"
-
-
 def test_after_the_bus_was_replaced_frames_go_to_the_new_one(kit, network):
     old, new = network.can_bus, kit.Bus()
     network.replace_bus(new)

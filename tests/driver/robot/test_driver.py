@@ -3,7 +3,7 @@ import sys
 import can
 import pytest
 
-from omnimate.driver.errors import BusError, BusLost
+from omnimate.driver.errors import BusError
 from omnimate.driver.robot import driver as module
 from omnimate.driver.robot.driver import Driver, open_driver
 
@@ -240,13 +240,6 @@ def test_a_sync_that_fails_once_is_sent_again_and_reported(kit):
     sample = driver.cycle()
     assert sample.present == (True, True)
     assert words(driver) == [(None, "SYNC could not be sent, tried again: no buffer space")]
-
-
-def test_a_lost_bus_of_the_callers_is_the_callers_matter(kit):
-    driver, bus = start(kit)
-    bus.is_dead = True
-    with pytest.raises(BusLost):
-        driver.cycle()
 
 
 class Opener:

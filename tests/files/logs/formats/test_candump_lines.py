@@ -42,14 +42,13 @@ DIRECTIONS = (0, RECEIVED, SENT)
 frames = any_frames(CLASSICAL, ("can0", "vcan12"), DIRECTIONS, DIRECTIONS, ANY_TIMES)
 
 
-@pytest.mark.parametrize(("frame", "line"), PRINTED)
-def test_the_log_form_is_what_candump_prints_with_upper_l(frame, line):
-    assert format_frame(frame) == line
-
-
-@pytest.mark.parametrize(("frame", "line"), PRINTED_LONG)
-def test_the_long_form_is_what_candump_prints_with_ta(frame, line):
-    assert format_frame(frame, "ta") == line
+@pytest.mark.parametrize(
+    ("form", "frame", "line"),
+    [*(("log", *row) for row in PRINTED), *(("ta", *row) for row in PRINTED_LONG)],
+)
+def test_a_form_is_what_candump_prints(form, frame, line):
+    """`candump -L` and `candump -ta`."""
+    assert format_frame(frame, form) == line
 
 
 @pytest.mark.parametrize("form", ["log", "ta"])
