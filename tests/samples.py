@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,11 @@ CANOPEN_TRACES = [
     SHARED_DATA / "real" / "canopen_traces_hilch" / name for name in ("ixxat1.trc.gz", "pcan1.trc.gz")
 ]
 CAR_LOG = SHARED_DATA / "real" / "comma2k19_rav4" / "can_bus0.candump.log.gz"
+
+
+def broken(table):
+    """Return the cases of a table of broken input in `tests/data`, each with its whole message."""
+    return tomllib.loads((DATA / table).read_text(encoding="utf-8"))["case"]
 
 
 def cases(*rows):

@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.files.recordings.folder import load_recording
 
-READERS = [["replay"], ["umbmark"], ["calibrate"], ["track"], ["listen"], ["monitor"]]
+READERS = [["replay"], ["umbmark"], ["calibrate"], ["track"], ["listen"], ["monitor"], ["dump"]]
 
 
 @pytest.fixture
@@ -16,22 +16,18 @@ def drive(small_drive, tmp_path):
     return shutil.copytree(small_drive, tmp_path / "drive")
 
 
-def said(result):
-    """Return the one error of a result, after checking that it failed with a sentence and no traceback."""
-    assert result.code == 1
-    assert "Traceback" not in result.err
-    assert "error: " in result.err
-    return result.err.split("error: ", 1)[1]
+@pytest.fixture
+def said(refused):
+    """Return a function that runs `omnimate` and gives the one error that it says."""
+    return lambda *arguments: refused(*arguments).split("error: ", 1)[1]
 
 
 @pytest.mark.parametrize("verb", READERS)
-def test_a_truncated_log_is_used_as_far_as_it_goes_and_marked(omnimate, drive, verb):
+def test_a_truncated_log_is_used_as_far_as_it_goes_and_marked(refused, drive, verb):
     log = drive / "can.log"
     content = log.read_bytes()
     log.write_bytes(content[: -len(content) // 500 - 7])
-    result = omnimate(*verb, drive)
-    assert result.code == 1
-    assert "the log ends early" in result.err
+    assert "the log ends early" in refused(*verb, drive)
 
 
 @pytest.mark.parametrize("verb", READERS)
@@ -47,17 +43,17 @@ def test_a_line_of_garbage_is_skipped_with_its_number(omnimate, drive, verb):
 
 
 @pytest.mark.parametrize("verb", [["replay"], ["umbmark"]])
-def test_a_wrong_unit_names_file_key_and_what_was_expected(omnimate, drive, verb):
+def test_a_wrong_unit_names_file_key_and_what_was_expected(said, drive, verb):
     toml = drive / "vehicle.toml"
     toml.write_text(toml.read_text().replace("wheelbase = 0.34", "wheelbase = 340", 1))
-    sentence = said(omnimate(*verb, drive))
+    sentence = said(*verb, drive)
     assert "vehicle.toml: truck.a.wheelbase: 340 is impossible" in sentence
     assert "write 0.34" in sentence
 
 
 @pytest.mark.slow
-def test_a_silent_bus_names_the_node_that_is_missing(omnimate, tmp_path):
-    sentence = said(omnimate("record", tmp_path / "out", "--bus", "virtual://nobody-here"))
+def test_a_silent_bus_names_the_node_that_is_missing(said, tmp_path):
+    sentence = said("record", tmp_path / "out", "--bus", "virtual://nobody-here")
     assert "node 1" in sentence
     assert "a.left" in sentence
     assert not (tmp_path / "out").exists()
@@ -71,27 +67,22 @@ def test_a_silent_bus_names_the_node_that_is_missing(omnimate, tmp_path):
         "import csv {drive}/poses.csv {drive} --mapping {drive}/run.toml",
     ],
 )
-def test_a_folder_that_holds_a_recording_is_not_overwritten(omnimate, drive, call):
+def test_a_folder_that_holds_a_recording_is_not_overwritten(said, drive, call):
     before = load_recording(drive).counts
-    assert "holds a recording" in said(omnimate(*call.format(drive=drive).split()))
+    assert "holds a recording" in said(*call.format(drive=drive).split())
     assert (load_recording(drive).counts == before).all()
 
 
 @pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="no device here is always full")
-def test_a_disk_that_is_full_is_said_without_a_traceback(omnimate, drive):
-    sentence = said(omnimate("replay", drive, "--csv", "/dev/full"))
+def test_a_disk_that_is_full_is_said_without_a_traceback(said, drive):
+    sentence = said("replay", drive, "--csv", "/dev/full")
     assert sentence == "/dev/full: No space left on device\n"
     assert Path("/dev/full").is_char_device()
 
 
-@pytest.mark.parametrize("address", ["29536", "127.0.0.1:99999", ":1"])
-def test_an_address_that_is_none_is_refused(omnimate, address):
-    assert "expected host:port" in said(omnimate("sim", "--listen", address))
-
-
 @pytest.mark.parametrize("verb", [("dump",), ("scan",), ("record", "out"), ("monitor", "--seconds", "1")])
-def test_udp_multicast_without_msgpack_names_its_extra(omnimate, monkeypatch, tmp_path, verb):
+def test_udp_multicast_without_msgpack_names_its_extra(said, monkeypatch, tmp_path, verb):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("can.interfaces.udp_multicast.utils.msgpack", None)
-    result = omnimate(*verb, "--bus", "udp_multicast://239.74.163.2?port=43117")
-    assert "pip install 'omnimate[multicast]'" in said(result)
+    sentence = said(*verb, "--bus", "udp_multicast://239.74.163.2?port=43117")
+    assert "pip install 'omnimate[multicast]'" in sentence

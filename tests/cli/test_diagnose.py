@@ -25,30 +25,27 @@ def folder(tmp_path_factory):
     return path
 
 
-def test_the_answer_the_report_and_the_effects_are_written(omnimate, folder, tmp_path):
+def test_the_answer_the_report_and_the_effects_are_written(accepted, folder, tmp_path):
     names = {
         option: tmp_path / name
         for option, name in (("--json", "a.json"), ("--report", "a.html"), ("--effects-out", "a.toml"))
     }
-    result = omnimate("diagnose", str(folder), *(str(part) for pair in names.items() for part in pair))
-    assert result.code == 0
+    result = accepted("diagnose", str(folder), *(str(part) for pair in names.items() for part in pair))
     assert "left wheel of truck a" in result.out
     assert json.loads(names["--json"].read_text())["verdict"] == "mismatch"
     assert names["--report"].read_text().startswith("<!doctype html>")
     assert [one.name for one in load_effects(names["--effects-out"])] == ["wheel_diameter"]
 
 
-def test_triage_says_that_something_is_there_and_where(omnimate, folder, tmp_path):
-    result = omnimate("diagnose", str(folder), "--triage", "--json", str(tmp_path / "a.json"))
-    assert result.code == 0
+def test_triage_says_that_something_is_there_and_where(accepted, folder, tmp_path):
+    result = accepted("diagnose", str(folder), "--triage", "--json", str(tmp_path / "a.json"))
     assert result.out.startswith("mismatch: Something stands out on ")
     answer = json.loads((tmp_path / "a.json").read_text())
     assert answer["verdict"] == "mismatch"
     assert answer["where"]["channels"]
 
 
-def test_triage_of_each_folder_writes_beside_it(omnimate, folder):
-    result = omnimate("diagnose", str(folder), "--triage", "--each")
-    assert result.code == 0
+def test_triage_of_each_folder_writes_beside_it(accepted, folder):
+    result = accepted("diagnose", str(folder), "--triage", "--each")
     assert "mismatch: Something stands out" in result.out
     assert json.loads(folder.with_name("worn.triage.json").read_text())["verdict"] == "mismatch"

@@ -17,6 +17,7 @@ from omnimate.files.logs.blocks import read_log
 from omnimate.files.logs.formats import block_reader
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import save_vehicle
+from tests.cli.conftest import ScriptedBus
 from tests.samples import CANOPEN_TRACES, CAR_LOG, OTHER_ROBOT, OTHER_ROBOT_ASC, cases
 
 LOG = """(1700000000.000250) can0 080#
@@ -151,55 +152,17 @@ def test_the_mapping_that_the_log_shows_names_the_values(log):
     assert run(log, "--decode").stdout.splitlines()[2].endswith("; 1.6004h Position value = 40000")
 
 
-def test_an_eds_is_given_with_its_node(log):
-    assert "expected NODE=FILE" in str(run(log, "--eds", "encoder.eds").exception)
-
-
 def test_count_ends_early(log):
     assert run(log, "--count", 2).stdout == "".join(LOG.splitlines(keepends=True)[:2])
 
 
-def test_a_line_of_garbage_is_marked_and_the_exit_code_says_so(log):
-    log.write_text(LOG.replace("(1700000000.000750)", "(garbage"))
-    result = run(log)
-    assert result.exit_code == 1
-    assert "can.log:3: skipped" in result.stderr
-    assert len(result.stdout.splitlines()) == len(LOG.splitlines()) - 1
-
-
-def test_a_log_that_was_cut_off_is_marked_and_the_exit_code_says_so(log):
-    log.write_text(LOG[:-3])
-    result = run(log)
-    assert result.exit_code == 1
-    assert "ends early" in result.stderr
-
-
-class ScriptedBus:
-    """A bus on which prepared messages arrive, and then something else happens."""
-
-    def __init__(self, messages, then):
-        self.messages, self.then, self.closed = list(messages), then, False
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.closed = True
-
-    def recv(self, _timeout):
-        return self.messages.pop(0) if self.messages else self.then()
-
-
 MESSAGES = [
-    can.Message(timestamp=1700000000.00025, arbitration_id=0x080, is_extended_id=False, channel="can0"),
-    can.Message(
-        timestamp=1700000000.0005,
-        arbitration_id=0x181,
-        is_extended_id=False,
-        data=b"\x40\x9c\0\0",
-        channel="can0",
-    ),
-    can.Message(timestamp=1700000000.01025, arbitration_id=0x080, is_extended_id=False, channel="can0"),
+    can.Message(at, can_id, is_extended_id=False, data=data, channel="can0")
+    for at, can_id, data in (
+        (1700000000.00025, 0x080, b""),
+        (1700000000.0005, 0x181, b"\x40\x9c\0\0"),
+        (1700000000.01025, 0x080, b""),
+    )
 ]
 LIVE = "(1700000000.000250) can0 080#\n(1700000000.000500) can0 181#409C0000\n(1700000000.010250) can0 080#\n"
 
@@ -387,8 +350,3 @@ def test_a_file_without_a_frame_is_an_error_in_all_forms(tmp_path):
     path.write_text("root:x:0:0:root:/root:/bin/bash\n" * 9)
     for options in ((), ("--rates",), ("--decode",), ("--trigger", "emcy")):
         assert "passwd:1: no CAN frame in the whole file" in str(run(path, *options).exception)
-
-
-def test_a_bus_that_is_given_as_a_log_is_told_how_it_is_given():
-    result = run("socketcand://127.0.0.1:29536/can0")
-    assert "a bus is given as --bus socketcand://127.0.0.1:29536/can0" in result.stderr

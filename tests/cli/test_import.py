@@ -7,7 +7,10 @@ import pytest
 from rosbags import rosbag2
 from rosbags.typesys import Stores, get_typestore
 
+from omnimate.files.importers.robots import single_truck
 from omnimate.files.recordings.folder import load_recording
+from omnimate.vehicle.file import save_vehicle
+from omnimate.vehicle.parameters import Truck
 
 MAPPING = """
 [robot]
@@ -27,20 +30,7 @@ x = "x"
 y = "y"
 theta = "yaw"
 """
-VEHICLE = """
-name = "tried"
-[truck.a]
-wheelbase = 0.3
-wheel_diameter_left = 0.1
-wheel_diameter_right = 0.1
-[bus]
-bitrate = 500000
-sync_period = 0.02
-""" + "".join(
-    f'[[encoder]]\nchannel = "a.{side}"\nnode = {node}\ncob_id = {0x180 + node}\nstart_bit = 0\nbits = 32\n'
-    "signed = true\nsign = 1\ncounts_per_turn = 1000\n"
-    for node, side in ((1, "left"), (2, "right"))
-)
+ROBOT = single_truck("tried", Truck(0.3, 0.1, 0.1), 1000.0, 0.02)
 
 
 @pytest.fixture
@@ -56,18 +46,17 @@ def bag(tmp_path):
             for factor, topic in zip((10, 11), topics.values(), strict=True):
                 message = store.types[kind](data=factor * number)
                 writer.write(topic, 10**9 + 20_000_000 * number, store.serialize_cdr(message, kind))
-    (tmp_path / "vehicle.toml").write_text(VEHICLE)
+    save_vehicle(ROBOT, tmp_path / "vehicle.toml")
     return tmp_path / "drive"
 
 
-def test_a_csv_file_becomes_a_recording_and_its_odometry_is_told(omnimate, tmp_path):
+def test_a_csv_file_becomes_a_recording_and_its_odometry_is_told(accepted, tmp_path):
     rows = "\n".join(f"{0.05 * row:.2f},{10 * row},{10 * row},{0.01 * row},0,0" for row in range(50))
     (tmp_path / "drive.csv").write_text("t,left,right,x,y,yaw\n" + rows + "\n")
     (tmp_path / "map.toml").write_text(MAPPING + COLUMNS)
-    result = omnimate(
+    result = accepted(
         "import", "csv", tmp_path / "drive.csv", tmp_path / "out", "--mapping", tmp_path / "map.toml"
     )
-    assert result.code == 0
     assert len(load_recording(tmp_path / "out")) == 50
     way = 490 * np.pi * 0.1 / 1000
     assert (
@@ -75,35 +64,30 @@ def test_a_csv_file_becomes_a_recording_and_its_odometry_is_told(omnimate, tmp_p
     )
 
 
-def test_a_bad_csv_file_is_one_sentence_with_the_place(omnimate, tmp_path):
+def test_a_bad_csv_file_is_one_sentence_with_the_place(refused, tmp_path):
     (tmp_path / "drive.csv").write_text("t,left,right,x,y,yaw\n0,1,2,0,0,0\n0.1,one,2,0,0,0\n")
     (tmp_path / "map.toml").write_text(MAPPING + COLUMNS)
-    result = omnimate(
+    assert "drive.csv:3: column left: 'one' is no number" in refused(
         "import", "csv", tmp_path / "drive.csv", tmp_path / "out", "--mapping", tmp_path / "map.toml"
     )
-    assert result.code == 1
-    assert "drive.csv:3: column left: 'one' is no number" in result.err
     assert not (tmp_path / "out").exists()
 
 
-def test_a_bag_is_listed_with_a_mapping_by_guess_that_imports_it(omnimate, bag, tmp_path):
-    listed = omnimate("import", "rosbag", bag, "--list")
-    assert listed.code == 0
+def test_a_bag_is_listed_with_a_mapping_by_guess_that_imports_it(accepted, bag, tmp_path):
+    listed = accepted("import", "rosbag", bag, "--list")
     assert "std_msgs/Int32" in listed.out
     guessed = listed.out.split("# a mapping by guess:")[1]
     (tmp_path / "map.toml").write_text(MAPPING.replace("[robot]", guessed + "[robot]"))
-    result = omnimate("import", "rosbag", bag, tmp_path / "out", "--mapping", tmp_path / "map.toml")
-    assert result.code == 0
+    accepted("import", "rosbag", bag, tmp_path / "out", "--mapping", tmp_path / "map.toml")
     assert load_recording(tmp_path / "out").counts[-1].tolist() == [490, 539]
 
 
 @pytest.mark.parametrize(
     "options", [[], ["--channel", "a.left=/left_ticks", "--channel", "a.right=/right_ticks"]]
 )
-def test_a_bag_is_imported_by_options_or_by_the_names_in_it(omnimate, bag, tmp_path, options):
+def test_a_bag_is_imported_by_options_or_by_the_names_in_it(accepted, bag, tmp_path, options):
     vehicle = ("--vehicle", tmp_path / "vehicle.toml")
-    result = omnimate("import", "rosbag", bag, tmp_path / "out", *vehicle, *options)
-    assert result.code == 0
+    result = accepted("import", "rosbag", bag, tmp_path / "out", *vehicle, *options)
     assert ("by the names in the bag" in result.err) == (not options)
     assert "no stamps" in result.err
     assert load_recording(tmp_path / "out").counts[-1].tolist() == [490, 539]
@@ -117,30 +101,25 @@ def test_a_bag_is_imported_by_options_or_by_the_names_in_it(omnimate, bag, tmp_p
     ],
 )
 def test_a_call_from_which_something_is_missing_says_what(
-    omnimate, bag, tmp_path, monkeypatch, arguments, problem
+    refused, bag, tmp_path, monkeypatch, arguments, problem
 ):
     monkeypatch.chdir(tmp_path)
-    result = omnimate("import", "rosbag", bag, *arguments)
-    assert result.code == 1
-    assert problem in result.err
+    assert problem in refused("import", "rosbag", bag, *arguments)
     assert not (tmp_path / "out").exists()
 
 
-def test_without_the_library_a_bag_says_what_to_install(omnimate, bag, monkeypatch):
+def test_without_the_library_a_bag_says_what_to_install(refused, bag, monkeypatch):
     monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
-    result = omnimate("import", "rosbag", bag, "--list")
-    assert result.code == 1
-    assert "pip install 'omnimate[rosbag]'" in result.err
+    assert "pip install 'omnimate[rosbag]'" in refused("import", "rosbag", bag, "--list")
 
 
 @pytest.mark.parametrize("name", ["drive.mcap", "bag"])
-def test_an_exported_drive_is_imported_with_its_poses(omnimate, small_drive, tmp_path, name):
+def test_an_exported_drive_is_imported_with_its_poses(omnimate, accepted, small_drive, tmp_path, name):
     if name.endswith(".mcap"):
         pytest.importorskip("mcap")
     assert omnimate("export", small_drive, tmp_path / name).code == 0
     vehicle = small_drive / "vehicle.toml"
-    result = omnimate("import", "rosbag", tmp_path / name, tmp_path / "again", "--vehicle", vehicle)
-    assert result.code == 0, result.err
+    accepted("import", "rosbag", tmp_path / name, tmp_path / "again", "--vehicle", vehicle)
     before, after = (load_recording(folder).poses for folder in (small_drive, tmp_path / "again"))
     assert after.body.tolist() == before.body.tolist()
     assert after.time == pytest.approx(before.time, abs=1e-6)
@@ -150,7 +129,7 @@ def test_an_exported_drive_is_imported_with_its_poses(omnimate, small_drive, tmp
 @pytest.mark.parametrize("text", ["", "buy oil\n", "(1.000000) can0 7FF#00\n"])
 @pytest.mark.parametrize("is_there", [False, True])
 def test_a_log_that_cannot_be_imported_leaves_nothing_new(omnimate, tmp_path, text, is_there):
-    (tmp_path / "vehicle.toml").write_text(VEHICLE)
+    save_vehicle(ROBOT, tmp_path / "vehicle.toml")
     (tmp_path / "drive.log").write_text(text)
     out = tmp_path / "out"
     if is_there:

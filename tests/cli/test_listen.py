@@ -2,11 +2,12 @@
 
 import json
 
-import can
 import cantools
 import pytest
 
 from omnimate.files.logs.formats.candump_lines import format_lines
+from omnimate.files.logs.formats.python_can_logs import message_of_frame
+from tests.cli.conftest import ScriptedBus
 from tests.listen.conftest import robot_log
 
 
@@ -17,10 +18,9 @@ def log(tmp_path_factory):
     return path
 
 
-def test_a_log_gives_a_dbc_a_draft_a_report_and_pictures(omnimate, log, tmp_path):
+def test_a_log_gives_a_dbc_a_draft_a_report_and_pictures(accepted, log, tmp_path):
     folder = tmp_path / "found"
-    result = omnimate("listen", log, "--write", folder, "--turn", "left")
-    assert result.code == 0
+    result = accepted("listen", log, "--write", folder, "--turn", "left")
     assert "wheel_1_0" in result.out
     assert cantools.database.load_file(folder / "bus.dbc").messages
     assert 'channel = "a.left"' in (folder / "vehicle.toml").read_text()
@@ -43,40 +43,19 @@ def test_json_is_all_that_is_printed_and_the_option_of_older_scripts_still_works
     assert "--log" not in omnimate("listen", "--help").out
 
 
-def test_a_live_bus_is_heard_and_nothing_is_sent(omnimate, monkeypatch):
-    frames = iter(robot_log())
+def test_a_live_bus_is_heard_and_nothing_is_sent(accepted, monkeypatch):
+    def interrupt():
+        raise KeyboardInterrupt
 
-    class Heard:
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            pass
-
-        def recv(self, _timeout):
-            frame = next(frames, None)
-            if frame is None:
-                raise KeyboardInterrupt
-            return can.Message(
-                timestamp=frame.time, arbitration_id=frame.can_id, data=frame.data, is_extended_id=False
-            )
-
-    monkeypatch.setattr("omnimate.driver.bus.bus.open_bus", lambda _url: Heard())
-    result = omnimate("listen", "--bus", "virtual://x")
-    assert result.code == 0
+    bus = ScriptedBus(map(message_of_frame, robot_log()), interrupt)
+    monkeypatch.setattr("omnimate.driver.bus.bus.open_bus", lambda _url: bus)
+    result = accepted("listen", "--bus", "virtual://x")
     assert "nothing was sent" in result.out
     assert "wheel 2" in result.out
 
 
-def test_either_a_bus_or_a_log_is_asked_for(omnimate):
-    result = omnimate("listen")
-    assert result.code != 0
-    assert "give one of them" in result.err
-
-
-def test_no_period_is_stated_of_a_message_that_was_sent_once(omnimate, tmp_path):
+def test_no_period_is_stated_of_a_message_that_was_sent_once(accepted, tmp_path):
     (tmp_path / "can.log").write_text("(1700000000.000000) can0 185#409C0000\n")
-    result = omnimate("listen", tmp_path / "can.log")
-    assert result.code == 0
+    result = accepted("listen", tmp_path / "can.log")
     assert "sent once" in result.out
     assert "every" not in result.out

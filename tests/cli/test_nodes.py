@@ -6,15 +6,11 @@ import pytest
 
 from docs.generate.conformance import Local, Simulated, frame
 from omnimate.vcan_sim.reference import reference_vehicle
+from tests.cli.conftest import device_of, identity
 
 BUS = ("--bus", "virtual://x")
 ROBOT = reference_vehicle()
 NODES = sorted({owner.node for owner in (*ROBOT.encoders, *ROBOT.drives)})
-
-
-def identity(bus, node):
-    store = next(device for device in bus._devices._devices if device.node == node).objects
-    return [store[0x1018, sub] for sub in (1, 2, 3, 4)]
 
 
 def test_a_reset_ends_with_the_boot_up_of_the_node(omnimate, on_bench):
@@ -46,11 +42,9 @@ def test_only_the_state_of_the_addressed_node_is_printed(omnimate, on_bench):
 
 
 @pytest.mark.parametrize("node", [1, 98])
-def test_a_node_without_a_heartbeat_is_named_with_exit_code_1(omnimate, on_bench, node):
+def test_a_node_without_a_heartbeat_is_named_with_exit_code_1(refused, on_bench, node):
     on_bench(Simulated)
-    result = omnimate("nmt", "start", *BUS, "--node", node)
-    assert (result.code, result.out) == (1, "")
-    assert f"node {node}: no heartbeat within 1.5 s" in result.err
+    assert f"node {node}: no heartbeat within 1.5 s" in refused("nmt", "start", *BUS, "--node", node, out="")
 
 
 def test_beside_another_master_no_command_is_sent(omnimate, on_bench):
@@ -66,7 +60,7 @@ def test_a_node_that_cannot_be_is_refused(omnimate, on_bench, node):
 
 def test_a_device_gets_another_id_by_its_identity_and_keeps_it(omnimate, on_bench):
     bus = on_bench(Simulated)
-    named = ",".join(map(str, identity(bus, 1)))
+    named = ",".join(map(str, identity(device_of(bus, 1))))
     assert omnimate("lss", "id", 99, *BUS, "--identity", named, "--store").code == 0
     assert omnimate("nmt", "reset", *BUS, "--node", 1).out == "node 99: boot-up\n"
     assert omnimate("nmt", "reset", *BUS, "--node", 99).out == "node 99: boot-up\n"
@@ -74,9 +68,9 @@ def test_a_device_gets_another_id_by_its_identity_and_keeps_it(omnimate, on_benc
 
 def test_the_device_without_an_id_is_found_and_gets_one(omnimate, on_bench):
     bus = on_bench(Simulated)
-    wanted = identity(bus, 2)
+    wanted = identity(device_of(bus, 2))
     assert "no device without a node id" in omnimate("lss", "find", *BUS).err
-    device = next(device for device in bus._devices._devices if device.node == 2)
+    device = device_of(bus, 2)
     device.lss.pending = 0xFF
     omnimate("nmt", "reset-communication", *BUS, "--node", 2)
     found = json.loads(omnimate("lss", "find", *BUS, "--json").out)
@@ -87,9 +81,9 @@ def test_the_device_without_an_id_is_found_and_gets_one(omnimate, on_bench):
 
 def test_of_several_devices_without_an_id_each_gets_one_in_turn(omnimate, on_bench):
     bus = on_bench(Simulated)
-    wanted = {tuple(identity(bus, node)) for node in (2, 3, 5)}
+    wanted = {tuple(identity(device_of(bus, node))) for node in (2, 3, 5)}
     for node in (2, 3, 5):
-        next(device for device in bus._devices._devices if device.node == node).lss.pending = 0xFF
+        device_of(bus, node).lss.pending = 0xFF
         omnimate("nmt", "reset-communication", *BUS, "--node", node)
     calls = [omnimate("lss", "id", new, *BUS, "--json") for new in (40, 41, 42)]
     assert {tuple(json.loads(call.out).values()) for call in calls} == wanted

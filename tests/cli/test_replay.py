@@ -2,7 +2,6 @@
 
 import re
 
-import can
 import numpy as np
 import pytest
 
@@ -10,7 +9,7 @@ from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.errors import NoSync
 from omnimate.driver.robot.passive import PassiveReader
 from omnimate.files.logs.blocks import read_log
-from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE
+from omnimate.files.logs.formats.python_can_logs import message_of_frame
 from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
@@ -22,10 +21,9 @@ from tests.samples import CANOPEN_TRACES, CAR_LOG, OTHER_ROBOT, OTHER_ROBOT_ASC,
 STRANGERS_LOGS = cases(OTHER_ROBOT, OTHER_ROBOT_ASC, *CANOPEN_TRACES, CAR_LOG)
 
 
-def test_the_trajectories_are_those_of_dead_reckoning(omnimate, small_drive, tmp_path):
+def test_the_trajectories_are_those_of_dead_reckoning(accepted, small_drive, tmp_path):
     table, figure = tmp_path / "paths.csv", tmp_path / "plan.svg"
-    result = omnimate("replay", small_drive, "--csv", table, "--plot", figure)
-    assert result.code == 0, result.err
+    result = accepted("replay", small_drive, "--csv", table, "--plot", figure)
     recording = load_recording(small_drive)
     written = np.genfromtxt(table, delimiter=",", skip_header=1, usecols=(0, 2, 3, 4))
     first = recording.poses.of("a").pose[0]
@@ -45,13 +43,13 @@ def test_a_calibrated_vehicle_changes_the_trajectory_and_not_the_recording(omnim
     assert omnimate("replay", small_drive).out == before
 
 
-def test_a_vehicle_with_other_encoders_reads_the_log_anew(omnimate, small_drive, tmp_path):
+def test_a_vehicle_with_other_encoders_reads_the_log_anew(refused, small_drive, tmp_path):
     other = tmp_path / "other.toml"
     text = (small_drive / "vehicle.toml").read_text()
     other.write_text(text.replace("node = 2\ncob_id = 386", "node = 9\ncob_id = 999"))
-    result = omnimate("replay", small_drive, "--vehicle", other)
-    assert result.code == 1
-    assert "a.left and a.right are never there in the same sample" in result.err
+    assert "a.left and a.right are never there in the same sample" in refused(
+        "replay", small_drive, "--vehicle", other
+    )
 
 
 def test_an_eds_that_is_not_there_is_named(omnimate, small_drive, tmp_path):
@@ -99,12 +97,7 @@ def test_a_strangers_log_on_the_bus_is_heard_without_an_unhandled_frame(path):
     url = "virtual://strangers"
     with open_bus(url) as sender, PassiveReader(reference_vehicle(), url) as ear:
         for frame in frames:
-            kind = {
-                "is_extended_id": bool(frame.flags & EXTENDED),
-                "is_remote_frame": bool(frame.flags & REMOTE),
-                "is_error_frame": bool(frame.flags & ERROR),
-            }
-            sender.send(can.Message(arbitration_id=frame.can_id, data=frame.data, **kind))
+            sender.send(message_of_frame(frame))
         try:
             samples = list(ear.samples(idle=0.0, patience=0.2))
         except NoSync:

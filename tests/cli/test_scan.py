@@ -8,6 +8,7 @@ from docs.generate.conformance import Local, Simulated, frame
 from omnimate.cli.console import out
 from omnimate.vcan_sim.nodes.objects import EDS_FOLDER
 from omnimate.vcan_sim.reference import reference_vehicle
+from tests.cli.conftest import device_of, identity
 
 BUS = ("--bus", "virtual://x?bitrate=250000")
 ROBOT = reference_vehicle()
@@ -17,17 +18,16 @@ NODES = sorted({owner.node for owner in (*ROBOT.encoders, *ROBOT.drives)})
 def take_id(bus, node):
     while bus.recv(0.0):  # its boot-up with the former id
         pass
-    device = next(device for device in bus._devices._devices if device.node == node)
+    device = device_of(bus, node)
     device.lss.pending = 0xFF
     bus.send(frame(0x000, bytes([0x82, node])))
-    return [device.objects[0x1018, sub] for sub in (1, 2, 3, 4)]
+    return identity(device)
 
 
-def test_the_nodes_are_listed_and_the_draft_is_written_beside_its_eds_files(omnimate, on_bench, tmp_path):
+def test_the_nodes_are_listed_and_the_draft_is_written_beside_its_eds_files(accepted, on_bench, tmp_path):
     on_bench(Simulated)
     path = tmp_path / "vehicle.toml"
-    result = omnimate("scan", *BUS, "--eds", EDS_FOLDER, "--write", path)
-    assert result.code == 0
+    result = accepted("scan", *BUS, "--eds", EDS_FOLDER, "--write", path)
     assert "406 multi-turn encoder" in result.out
     assert "drive_cia402.eds" in result.out
     assert "no SYNC; no other master" in result.out

@@ -25,7 +25,7 @@ from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.file import load_vehicle
-from omnimate.vehicle.sample import Sample
+from tests.ipec.conftest import samples
 
 
 def call(*arguments):
@@ -63,12 +63,6 @@ def frozen(drive):
     counts = drive.counts.copy()
     counts[500:, 4] = counts[500, 4]
     return replace(drive, counts=counts)
-
-
-def samples(recording):
-    nan = (float("nan"),) * 7
-    for index, time in enumerate(recording.time):
-        yield Sample(index, float(time), tuple(recording.counts[index].tolist()), (True,) * 7, nan, nan)
 
 
 def test_a_recording_shows_the_poses_and_each_bump_with_its_wheel(folder):

@@ -1,7 +1,5 @@
 """A bus on which fake devices answer inside `send`: nothing runs beside the test, nothing waits."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -15,6 +13,7 @@ import pytest
 from omnimate.driver.canopen.dictionary import standard_dictionary
 from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.canopen.sdo import Sdo
+from omnimate.driver.robot.driver import Driver
 from omnimate.vehicle.parameters import Bus, Drive, Encoder, Linkage, Truck, VehicleParameters
 
 ABSENT, NO_SUB, READ_ONLY = 0x06020000, 0x06090011, 0x06010002
@@ -282,49 +281,51 @@ def wheel_encoder(channel, node, **changes):
     return Encoder(channel=channel, node=node, **(values | changes))
 
 
-def one_truck(encoders=None, drives=(), period=0.01):
-    encoders = encoders or (wheel_encoder("a.left", 1), wheel_encoder("a.right", 2))
+def one_truck(encoders=None, drives=(), period=0.01, **left):
+    """Return a robot of one truck, of which the left encoder may differ."""
+    encoders = encoders or (wheel_encoder("a.left", 1, **left), wheel_encoder("a.right", 2))
     return VehicleParameters(
         "single", {"a": Truck(0.34, 0.15, 0.15)}, None, Bus(500_000, period), encoders, drives
     )
 
 
-def two_trucks():
-    wheels = [
-        wheel_encoder(name, node) for node, name in enumerate(("a.left", "a.right", "b.left", "b.right"), 1)
-    ]
-    joints = [wheel_encoder(name, node) for node, name in enumerate(("joint_a", "joint_b"), 5)]
-    link = wheel_encoder("link", 7, counts_per_turn=None, counts_per_metre=10000)
+def two_trucks(period=0.01, **changes):
+    """Return a robot of two trucks, all encoders of which are changed alike."""
+    names = ("a.left", "a.right", "b.left", "b.right", "joint_a", "joint_b")
+    turning = [wheel_encoder(name, node, **changes) for node, name in enumerate(names, 1)]
+    link = wheel_encoder("link", 7, counts_per_turn=None, counts_per_metre=10000, **changes)
     trucks = {"a": Truck(0.34, 0.15, 0.15), "b": Truck(0.34, 0.15, 0.15)}
-    return VehicleParameters("two", trucks, Linkage(1.0), Bus(500_000, 0.01), (*wheels, *joints, link))
+    return VehicleParameters("two", trucks, Linkage(1.0), Bus(500_000, period), (*turning, link))
 
 
 def drive(wheel, node, sign=1, **changes):
     return Drive(wheel, node, 0x200 + node, sign, 40000, **changes)
 
 
-@dataclass(frozen=True)
-class Kit:
-    """What the tests build with."""
-
-    frame = staticmethod(frame)
-    encoder_device = staticmethod(encoder_device)
-    drive_device = staticmethod(drive_device)
-    wheel_encoder = staticmethod(wheel_encoder)
-    one_truck = staticmethod(one_truck)
-    two_trucks = staticmethod(two_trucks)
-    drive = staticmethod(drive)
-    add_pdos = staticmethod(add_pdos)
-    sdo = staticmethod(sdo)
-    LocalDevice = LocalDevice
-    Bus = FakeBus
-    Clock = FakeClock
+def driver_and_bus(*drives, **options):
+    """Return a driver of one truck, not configured, and its bus with two encoders and these drives."""
+    bus = FakeBus([encoder_device(1), encoder_device(2), *(drive_device(drive.node) for drive in drives)])
+    return Driver(one_truck(drives=drives), bus, **({"clock": FakeClock()} | options)), bus
 
 
 @pytest.fixture
 def kit():
     """Fakes to build with."""
-    return Kit()
+    return SimpleNamespace(
+        frame=frame,
+        encoder_device=encoder_device,
+        drive_device=drive_device,
+        wheel_encoder=wheel_encoder,
+        one_truck=one_truck,
+        two_trucks=two_trucks,
+        drive=drive,
+        add_pdos=add_pdos,
+        sdo=sdo,
+        driver_and_bus=driver_and_bus,
+        LocalDevice=LocalDevice,
+        Bus=FakeBus,
+        Clock=FakeClock,
+    )
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """Each broken situation gives exactly the sentence in `tests/data/driver/errors.toml`."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -20,210 +18,118 @@ from omnimate.vehicle.parameters import Bus
 GOLDEN = tomllib.loads(
     (Path(__file__).parents[1] / "data" / "driver" / "errors.toml").read_text(encoding="utf-8")
 )
-PRODUCES_SYNC = 0x40000080
-SITUATIONS = {}
 
 
-def situation(function):
-    SITUATIONS[function.__name__] = function
-    return function
-
-
-def configure(kit, device, **changes):
-    vehicle = kit.one_truck((kit.wheel_encoder("a.left", 1, **changes), kit.wheel_encoder("a.right", 2)))
+def configure(kit, device, vehicle=None, **left):
     sdo, network = kit.sdo([device] if device else [])
-    configure_node(sdo, vehicle, network.nmt_command)
+    configure_node(sdo, vehicle or kit.one_truck(**left), network.nmt_command)
 
 
-def with_drives(kit, change):
-    drives = (kit.drive("a.left", 17), kit.drive("a.right", 18))
-    devices = [kit.encoder_device(1), kit.encoder_device(2), kit.drive_device(17), kit.drive_device(18)]
-    change(devices[2])
-    driver = Driver(kit.one_truck(drives=drives), kit.Bus(devices), clock=kit.Clock())
+def falls_silent(kit):
+    device = kit.encoder_device(1)
+    device.on_write = lambda *_write: setattr(device, "mute", True)
+    return device
+
+
+def without(device, *indices):
+    for key in [key for key in device.objects if key[0] in indices]:
+        del device.objects[key]
+    return device
+
+
+def has(device, index, subindex, value):
+    device.objects[index, subindex][0] = value
+    return device
+
+
+def refuses(device, *where, code):
+    device.refuse[where] = code
+    return device
+
+
+def refuses_sync(kit, code):
+    return refuses(has(kit.encoder_device(1), 0x1005, 0, 0x40000080), 0x1005, 0, code=code)
+
+
+def keeps(kit, kept, where, size):
+    """Return a device that confirms what is written to an object, and keeps another value."""
+    device = kit.encoder_device(1)
+    device.on_write = lambda *write: device.put(*where, kept, size) if write[:2] == where else None
+    return device
+
+
+def enabled(kit, change=lambda _device: None):
+    driver, bus = kit.driver_and_bus(kit.drive("a.left", 17), kit.drive("a.right", 18))
+    change(bus.devices[17])
     driver.configure()
     driver.enable()
     return driver
 
 
-@situation
-def node_is_silent(kit):
-    configure(kit, None)
-
-
-@situation
-def node_falls_silent_while_it_is_configured(kit):
-    device = kit.encoder_device(1)
-    device.on_write = lambda *_write: setattr(device, "mute", True)
-    configure(kit, device)
-
-
-def refuse_sync(kit, abort_code):
-    device = kit.encoder_device(1)
-    device.objects[0x1005, 0][0] = PRODUCES_SYNC
-    device.refuse[0x1005, 0] = abort_code
-    configure(kit, device)
-
-
-@situation
-def node_refuses_a_write_in_its_state(kit):
-    refuse_sync(kit, 0x08000022)
-
-
-@situation
-def node_refuses_a_write_of_a_read_only_object(kit):
-    refuse_sync(kit, 0x06010002)
-
-
-@situation
-def node_refuses_a_read(kit):
-    def refuse(device):
-        device.refuse_read[0x6041, 0] = 0x08000000
-
-    with_drives(kit, refuse)
-
-
-def keep(kit, kept, where, size, **changes):
-    """Configure a device that confirms what is written to an object, and keeps another value."""
-    device = kit.encoder_device(1)
-    device.on_write = lambda *write: device.put(*where, kept, size) if write[:2] == where else None
-    configure(kit, device, **changes)
-
-
-@situation
-def node_confirms_a_value_and_keeps_another(kit):
-    keep(kit, 3, (0x1800, 2), 1)
-
-
-@situation
-def device_does_not_keep_a_cob_id(kit):
-    keep(kit, 0x2FF, (0x1801, 1), 4, cob_id=0x1A1)
-
-
-@situation
-def device_has_another_profile(kit):
-    device = kit.encoder_device(1)
-    device.objects[0x1000, 0][0] = 0x00020192
-    configure(kit, device)
-
-
-@situation
-def device_has_another_vendor(kit):
-    configure(kit, kit.encoder_device(1), vendor=9)
-
-
-@situation
-def device_has_another_product(kit):
-    configure(kit, kit.encoder_device(1), product=9)
-
-
-@situation
-def device_has_no_serial_number(kit):
-    device = kit.encoder_device(1)
-    del device.objects[0x1018, 4]
-    configure(kit, device, serial=77)
-
-
-@situation
-def mapping_is_refused(kit):
-    device = kit.encoder_device(1)
-    device.refuse[0x1A00, 1, 0x60040020] = 0x06040041
-    configure(kit, device)
-
-
-@situation
-def mapping_has_a_gap_of_three_bits(kit):
-    configure(kit, kit.encoder_device(1), start_bit=3)
-
-
-@situation
-def device_has_too_few_tpdos(kit):
-    device = kit.encoder_device(1)
-    for key in [key for key in device.objects if key[0] == 0x1801]:
-        del device.objects[key]
-    encoders = (kit.wheel_encoder("a.left", 1), kit.wheel_encoder("a.right", 1, cob_id=0x281))
-    sdo, network = kit.sdo([device])
-    configure_node(sdo, kit.one_truck(encoders), network.nmt_command)
-
-
-@situation
-def drive_has_no_rpdo(kit):
-    def remove(device):
-        for key in [key for key in device.objects if 0x1400 <= key[0] < 0x1404]:
-            del device.objects[key]
-
-    with_drives(kit, remove)
-
-
-@situation
-def drive_stays_switch_on_disabled(kit):
-    with_drives(kit, lambda device: setattr(device, "on_write", None))
-
-
-@situation
-def drives_are_not_enabled(kit):
-    Driver(kit.one_truck(), kit.Bus(), clock=kit.Clock()).command((0.0, 0.0))
-
-
-@situation
-def vehicle_has_no_drives(kit):
-    Driver(kit.one_truck(), kit.Bus(), clock=kit.Clock()).enable()
-
-
-@situation
-def command_has_a_speed_too_few(kit):
-    with_drives(kit, lambda _device: None).command((1.0,))
-
-
-@situation
-def bus_would_be_full(kit):
-    vehicle = replace(kit.one_truck(), bus=Bus(10_000, 0.01))
-    Driver(vehicle, kit.Bus(), clock=kit.Clock()).configure()
-
-
-@situation
-def bus_interface_fails(kit):
-    bus = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)])
-    driver = Driver(kit.one_truck(), bus, clock=kit.Clock())
+def lose_the_bus(kit):
+    driver, bus = kit.driver_and_bus()
     driver.configure()
     bus.is_dead = True
     driver.cycle()
 
 
-@situation
-def bus_has_no_sync(kit):
-    list(PassiveReader(kit.one_truck(), kit.Bus()).samples(idle=0.0, patience=0.0))
-
-
-@situation
-def bus_is_given_without_its_interface(_kit):
-    open_bus("can0")
-
-
-@situation
-def bus_interface_does_not_exist(_kit):
-    open_bus("socketcan://can99")
-
-
-@situation
-def bus_url_has_no_host(_kit):
-    open_bus("socketcand:///can0")
-
-
-@situation
-def eds_does_not_exist(_kit):
+def load_text(text):
+    Path("encoder.eds").write_text(text, encoding="utf-8")
     load_eds("encoder.eds", 1)
 
 
-@situation
-def eds_is_no_ini_file(_kit):
-    Path("encoder.eds").write_bytes(b"\0\1\2")
-    load_eds("encoder.eds", 1)
+def two_pdos(kit):
+    return kit.one_truck((kit.wheel_encoder("a.left", 1), kit.wheel_encoder("a.right", 1, cob_id=0x281)))
 
 
-@situation
-def eds_has_only_a_broken_object(_kit):
-    Path("encoder.eds").write_text("[1018sub1]\nParameterName=Vendor\n", encoding="utf-8")
-    load_eds("encoder.eds", 1)
+SITUATIONS = {
+    "node_is_silent": lambda kit: configure(kit, None),
+    "node_falls_silent_while_it_is_configured": lambda kit: configure(kit, falls_silent(kit)),
+    "node_refuses_a_write_in_its_state": lambda kit: configure(kit, refuses_sync(kit, 0x08000022)),
+    "node_refuses_a_write_of_a_read_only_object": lambda kit: configure(kit, refuses_sync(kit, 0x06010002)),
+    "node_refuses_a_read": lambda kit: enabled(
+        kit, lambda device: device.refuse_read.update({(0x6041, 0): 0x08000000})
+    ),
+    "node_confirms_a_value_and_keeps_another": lambda kit: configure(kit, keeps(kit, 3, (0x1800, 2), 1)),
+    "device_does_not_keep_a_cob_id": lambda kit: configure(
+        kit, keeps(kit, 0x2FF, (0x1801, 1), 4), cob_id=0x1A1
+    ),
+    "device_has_another_profile": lambda kit: configure(
+        kit, has(kit.encoder_device(1), 0x1000, 0, 0x00020192)
+    ),
+    "device_has_another_vendor": lambda kit: configure(kit, kit.encoder_device(1), vendor=9),
+    "device_has_another_product": lambda kit: configure(kit, kit.encoder_device(1), product=9),
+    "device_has_no_serial_number": lambda kit: configure(
+        kit, without(kit.encoder_device(1), 0x1018), serial=77
+    ),
+    "mapping_is_refused": lambda kit: configure(
+        kit, refuses(kit.encoder_device(1), 0x1A00, 1, 0x60040020, code=0x06040041)
+    ),
+    "mapping_has_a_gap_of_three_bits": lambda kit: configure(kit, kit.encoder_device(1), start_bit=3),
+    "device_has_too_few_tpdos": lambda kit: configure(
+        kit, without(kit.encoder_device(1), 0x1801), two_pdos(kit)
+    ),
+    "drive_has_no_rpdo": lambda kit: enabled(kit, lambda device: without(device, *range(0x1400, 0x1404))),
+    "drive_stays_switch_on_disabled": lambda kit: enabled(
+        kit, lambda device: setattr(device, "on_write", None)
+    ),
+    "drives_are_not_enabled": lambda kit: kit.driver_and_bus()[0].command((0.0, 0.0)),
+    "vehicle_has_no_drives": lambda kit: kit.driver_and_bus()[0].enable(),
+    "command_has_a_speed_too_few": lambda kit: enabled(kit).command((1.0,)),
+    "bus_would_be_full": lambda kit: Driver(
+        replace(kit.one_truck(), bus=Bus(10_000, 0.01)), kit.Bus(), clock=kit.Clock()
+    ).configure(),
+    "bus_interface_fails": lose_the_bus,
+    "bus_has_no_sync": lambda kit: list(
+        PassiveReader(kit.one_truck(), kit.Bus()).samples(idle=0.0, patience=0.0)
+    ),
+    "bus_is_given_without_its_interface": lambda _kit: open_bus("can0"),
+    "bus_interface_does_not_exist": lambda _kit: open_bus("socketcan://can99"),
+    "bus_url_has_no_host": lambda _kit: open_bus("socketcand:///can0"),
+    "eds_does_not_exist": lambda _kit: load_eds("encoder.eds", 1),
+    "eds_is_no_ini_file": lambda _kit: load_text("\0\1\2"),
+    "eds_has_only_a_broken_object": lambda _kit: load_text("[1018sub1]\nParameterName=Vendor\n"),
+}
 
 
 @pytest.mark.usefixtures("_impatient")

@@ -69,7 +69,10 @@ class Bench:
         self.bus.waiting.append(message)
         self.simulated.poll()
 
-    def sync(self, times=1):
+    def sync(self, times=1, *, count=None):
+        """Send SYNC while all encoders show a count."""
+        if count is not None:
+            self.plant.counts = (count,) * len(self.plant.counts)
         for _ in range(times):
             self.frame(0x080)
 
@@ -120,6 +123,17 @@ class Bench:
         self.write(node, index, 1, 0x4000_0180 + (index & 1) * 0x100 + node, 4)
         self.nmt(0x01, node)
         self.take()
+
+    def map_pdo(self, node, index, entries, cob_id, kind=None):
+        """Map objects into a PDO, 1600h or 1A00h, in the order of CiA 301."""
+        self.write(node, index - 0x200, 1, 0x8000_0000 | cob_id, 4)
+        self.write(node, index, 0, 0, 1)
+        for sub, entry in enumerate(entries, start=1):
+            self.write(node, index, sub, entry, 4)
+        self.write(node, index, 0, len(entries), 1)
+        if kind is not None:
+            self.write(node, index - 0x200, 2, kind, 1)
+        self.write(node, index - 0x200, 1, cob_id, 4)
 
     def pdos(self, can_id):
         """Return the data of the frames of a COB-ID sent since the last time."""

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from omnimate.effects import EFFECTS, effect_named
-from omnimate.effects.block import Block
 from omnimate.motion.paths import out_and_back, squares
 from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.floor import SMOOTH, Floor
@@ -18,9 +17,11 @@ from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.sonar import Sonar
+from tests.effects.conftest import drive
 from tests.vcan_sim.conftest import ListBus
 
 DT = 0.015
+ALONE = reference_single()
 EXACT = {"floor": SMOOTH, "sonar": Sonar(sigma=0.0), "servo": 1e9}
 
 
@@ -127,13 +128,13 @@ def test_steps_of_the_plant_equal_one_block_of_the_whole_drive(vehicle):
     )
     nominal = Plant(Truth(vehicle, **EXACT), vehicle)
     altered = Plant(Truth(vehicle, effects=reading, **EXACT), vehicle)
-    true, counted, blocks = [], [], []
+    true, counted = [], []
     for command in speeds(200):
         for plant in (nominal, altered):
             plant.step(command, DT)
         true.append([*nominal.state["joint"][0], nominal.link_length])
         counted.append(altered.raw_counts()[4:])
-    blocks = _block(vehicle, np.array(true))
+    blocks = replace(drive(200), reading=np.array(true))
     for acting in reading:
         blocks, _ = acting.act(blocks)
     zero = np.array([0.0, 0.0, vehicle.linkage.length])
@@ -141,26 +142,6 @@ def test_steps_of_the_plant_equal_one_block_of_the_whole_drive(vehicle):
     start = np.array([vehicle.encoder(name).zero for name in ("joint_a", "joint_b", "link")])
     shown = zero + scale * (np.array(counted) - start)
     assert np.abs(shown - blocks.reading).max(axis=0) == pytest.approx(0.5 * np.abs(scale), rel=0.1)
-
-
-def _block(vehicle, reading):
-    steps = len(reading)
-    none = np.zeros((steps, 4))
-    return Block(
-        time=DT * np.arange(1, steps + 1),
-        period=np.full(steps, DT),
-        angle=none,
-        turned=none,
-        speed=none,
-        acceleration=none,
-        wheelbase=np.array([0.34, 0.34]),
-        heading=none[:, :2],
-        place=np.zeros((steps, 2, 2)),
-        travel=none,
-        twist=np.zeros((steps, 2, 3)),
-        reading=reading,
-        rest=vehicle.linkage.length,
-    )
 
 
 def test_a_live_vehicle_counts_as_a_plant_and_as_simulate_does(vehicle):
@@ -186,32 +167,29 @@ def way(vehicle, *effects, steps=200, command=(4.0, 4.0, 4.0, 4.0), **truth):
 
 
 def test_effects_of_a_wheel_move_the_truck_and_leave_its_counts(vehicle):
-    alone = reference_single()
-    plain, larger = way(alone), way(alone, effect("wheel_diameter", "a.left", ratio=1.01))
-    radius = 0.5 * alone.wheel_diameter("a.left")
-    turn = -0.01 * 4.0 * 200 * DT * radius / alone.trucks["a"].wheelbase
+    plain, larger = way(ALONE), way(ALONE, effect("wheel_diameter", "a.left", ratio=1.01))
+    radius = 0.5 * ALONE.wheel_diameter("a.left")
+    turn = -0.01 * 4.0 * 200 * DT * radius / ALONE.trucks["a"].wheelbase
     assert larger.pose("a")[2] == pytest.approx(turn)
     assert larger.raw_counts() == plain.raw_counts()
 
 
 def test_a_bump_on_a_rough_floor_turns_the_truck_by_lost_over_wheelbase_beyond_its_roughness():
-    alone = reference_single()
     bump = effect("bump", "a.right", times=(0.5,), lost=(4e-3,))
     for floor in (SMOOTH, Floor(1e-3)):
-        plain, bumped = way(alone, floor=floor), way(alone, bump, floor=floor)
+        plain, bumped = way(ALONE, floor=floor), way(ALONE, bump, floor=floor)
         turn = bumped.pose("a")[2] - plain.pose("a")[2]
         assert turn == pytest.approx(
-            -4e-3 / alone.trucks["a"].wheelbase, rel=0.1 if floor.roughness else 1e-9
+            -4e-3 / ALONE.trucks["a"].wheelbase, rel=0.1 if floor.roughness else 1e-9
         )
 
 
 def test_events_are_on_the_clock_that_starts_at_start_time():
-    alone = reference_single()
     step = effect("radius_step", "a.left", ratio=1.1, time=1001.5)
-    truth = Truth(alone, effects=(step,), **EXACT)
+    truth = Truth(ALONE, effects=(step,), **EXACT)
     headings = []
     for start in (1000.0, 1001.5, 2000.0, 0.0):
-        plant = Plant(truth, alone, start_time=start)
+        plant = Plant(truth, ALONE, start_time=start)
         for _ in range(200):
             plant.step((4.0, 4.0), DT)
         headings.append(plant.pose("a")[2])
@@ -220,10 +198,9 @@ def test_events_are_on_the_clock_that_starts_at_start_time():
 
 
 def test_the_clock_catches_up_where_syncs_pause():
-    alone = reference_single()
     now = [10.0]
-    truth = Truth(alone, effects=(effect("radius_step", "a.left", ratio=1.1, time=100.0),), **EXACT)
-    plant = Plant(truth, alone, start_time=10.0, clock=lambda: now[0])
+    truth = Truth(ALONE, effects=(effect("radius_step", "a.left", ratio=1.1, time=100.0),), **EXACT)
+    plant = Plant(truth, ALONE, start_time=10.0, clock=lambda: now[0])
     plant.step((4.0, 4.0), DT)
     assert plant.pose("a")[2] == 0.0
     now[0] = 200.0
@@ -232,9 +209,8 @@ def test_the_clock_catches_up_where_syncs_pause():
 
 
 def test_count_loss_loses_counts_and_no_way(vehicle):
-    alone = reference_single()
-    plain, losing = way(alone), way(alone, effect("count_loss", "a.left", fraction=0.25, above=0.1))
-    before = Plant(Truth(alone), alone).raw_counts()
+    plain, losing = way(ALONE), way(ALONE, effect("count_loss", "a.left", fraction=0.25, above=0.1))
+    before = Plant(Truth(ALONE), ALONE).raw_counts()
     counted = [plant.raw_counts()[0] - before[0] for plant in (plain, losing)]
     assert counted[1] == pytest.approx(0.75 * counted[0], abs=1.0)
     assert losing.raw_counts()[1] == plain.raw_counts()[1]
@@ -249,10 +225,9 @@ def test_what_is_read_before_the_first_step_has_the_effects_too(vehicle):
 
 
 def test_a_slope_takes_the_trucks_downhill_whatever_their_heading():
-    alone = reference_single()
     slope = effect("floor_slope", "a", rate=0.01, direction=0.5 * math.pi)
-    plain, tilted = (way(alone, *effects, command=(3.0, 5.0), steps=400) for effects in ((), (slope,)))
-    travelled = 4.0 * 400 * DT * 0.5 * alone.wheel_diameter("a.left")
+    plain, tilted = (way(ALONE, *effects, command=(3.0, 5.0), steps=400) for effects in ((), (slope,)))
+    travelled = 4.0 * 400 * DT * 0.5 * ALONE.wheel_diameter("a.left")
     assert tilted.pose("a") - plain.pose("a") == pytest.approx([0.0, 0.01 * travelled, 0.0], abs=1e-4)
 
 
@@ -266,16 +241,14 @@ def test_a_slope_takes_the_trucks_downhill_whatever_their_heading():
     ids=["latency", "clock drift", "clock that is slow"],
 )
 def test_fixes_report_the_pose_of_some_time_ago(late, age):
-    alone = reference_single()
     name, values = late
-    plant = way(alone, effect(name, "poses", **values))
-    speed = 4.0 * 0.5 * alone.wheel_diameter("a.left")
+    plant = way(ALONE, effect(name, "poses", **values))
+    speed = 4.0 * 0.5 * ALONE.wheel_diameter("a.left")
     assert plant.pose("a")[0] - plant.fix("a")[0][0] == pytest.approx(age * speed, abs=1e-9)
 
 
 def test_an_effect_on_what_the_robot_has_not_is_refused():
-    alone = reference_single()
     for name, component in (("wheel_diameter", "b.left"), ("joint_bias", "joint_a"), ("wheelbase", "b")):
         with pytest.raises(SimulationError, match=f"{name}: .* has no {component}; expected one of a.left"):
-            Truth(alone, effects=(effect_named(name)(component),))
-    assert replace(Truth(alone), effects=(effect("latency", "poses", delay=0.1),)).effects
+            Truth(ALONE, effects=(effect_named(name)(component),))
+    assert replace(Truth(ALONE), effects=(effect("latency", "poses", delay=0.1),)).effects

@@ -1,8 +1,5 @@
 """The messages for broken input, whole and word for word, as the tables under `tests/data/` have them."""
 
-import tomllib
-from pathlib import Path
-
 import pytest
 
 from omnimate.effects.errors import EffectsFileError
@@ -11,8 +8,7 @@ from omnimate.vcan_sim.errors import BumpError, FaultError, ProtocolError
 from omnimate.vcan_sim.faults import parse_fault
 from omnimate.vcan_sim.floor import parse_bump
 from omnimate.vcan_sim.socketcand import parse_send
-
-DATA = Path(__file__).parents[1] / "data" / "vcan_sim"
+from tests.samples import broken
 
 
 def parse_file(text):
@@ -20,8 +16,8 @@ def parse_file(text):
 
 
 def cases(table, parse, error):
-    broken = tomllib.loads((DATA / table).read_text(encoding="utf-8"))["case"]
-    return [pytest.param(parse, error, case["input"], case["message"], id=case["message"]) for case in broken]
+    rows = broken(f"vcan_sim/{table}")
+    return [pytest.param(parse, error, row["input"], row["message"], id=row["message"]) for row in rows]
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,9 @@
 """Device faults: what each does to the bus, when it begins and ends, and how it is written."""
 
+import math
 from contextlib import suppress
-from dataclasses import fields
+from dataclasses import dataclass, fields
+from typing import ClassVar
 
 import pytest
 from hypothesis import given
@@ -12,7 +14,9 @@ from omnimate.vcan_sim.faults import (
     FAULTS,
     Babbling,
     ClockJitter,
+    DeviceFault,
     EmergencyMessage,
+    FaultSchedule,
     FrozenCounter,
     Reboot,
     Silence,
@@ -35,10 +39,15 @@ def values(answers):
     return [[int.from_bytes(data, "little") for data in sent] for sent in answers]
 
 
-def test_silence_begins_and_ends_at_its_times_of_the_devices_clock(make_bench):
-    bench = make_bench(faults=[Silence(node=1, at=0.045, duration=0.030)])
+@pytest.mark.parametrize(
+    ("kind", "answers"),
+    [(Silence, [[1], [2], [], [], [5], [6]]), (FrozenCounter, [[1], [2], [2], [2], [5], [6]])],
+    ids=["silence", "a frozen counter, which repeats its last value"],
+)
+def test_a_fault_begins_and_ends_at_its_times_of_the_devices_clock(make_bench, kind, answers):
+    bench = make_bench(faults=[kind(node=1, at=0.045, duration=0.030)])
     bench.answer_sync(1)
-    assert values(count_up(bench, 6)) == [[1], [2], [], [], [5], [6]]
+    assert values(count_up(bench, 6)) == answers
 
 
 def test_a_silent_node_answers_no_sdo_and_has_no_heartbeat(bench):
@@ -82,12 +91,6 @@ def test_an_emergency_is_reported_and_taken_back(make_bench):
     bench.sync(2)
     assert bench.take() == [(0x082, bytes(8))]
     assert bench.read(2, 0x1003, 1) == 0x5000
-
-
-def test_a_frozen_counter_answers_in_time_with_its_last_value(make_bench):
-    bench = make_bench(faults=[FrozenCounter(node=1, at=0.045, duration=0.030)])
-    bench.answer_sync(1)
-    assert values(count_up(bench, 6)) == [[1], [2], [2], [2], [5], [6]]
 
 
 def test_babbling_floods_the_bus_with_the_nodes_own_pdo(bench):
@@ -159,3 +162,64 @@ def test_every_fault_has_a_name_of_its_own_and_needs_no_more_than_a_node():
     for kind in FAULTS:
         assert {"node", "at", "duration"} <= {field.name for field in fields(kind)}
         assert parse_fault(f"{kind.name}:node=1") == kind(node=1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noted(DeviceFault):
+    """A fault that notes when it begins and ends."""
+
+    name: ClassVar[str] = "noted"
+    label: str = ""
+
+    def begin(self, device, now):
+        device.append(("begin", self.label, now))
+
+    def end(self, device, now):
+        device.append(("end", self.label, now))
+
+
+def run(faults, times):
+    device = []
+    schedule = FaultSchedule({1: device}, faults)
+    for now in times:
+        schedule.run(now)
+    return device, schedule
+
+
+@given(st.floats(0.0, 20.0), st.floats(0.001, 20.0), st.floats(0.05, 5.0))
+def test_a_fault_begins_at_its_time_and_ends_after_its_duration(at, duration, step):
+    times = [step * number for number in range(int((at + duration) / step) + 3)]
+    ((first, _, begins), (last, _, ends)), schedule = run([Noted(node=1, at=at, duration=duration)], times)
+    assert (first, last) == ("begin", "end")
+    assert at <= begins < at + step + 1e-9
+    assert begins + duration <= ends < begins + duration + step + 1e-9
+    assert schedule.due == math.inf
+
+
+def test_faults_of_the_same_instant_keep_the_order_in_which_they_were_given():
+    labels = ["c", "a", "b"]
+    noted, _ = run([Noted(node=1, at=2.0, label=label) for label in labels], [1.0, 2.0])
+    assert noted == [("begin", label, 2.0) for label in labels]
+
+
+def test_the_next_event_is_due():
+    _, schedule = run([Noted(node=1, at=3.0, duration=4.0), Noted(node=1, at=5.0)], [])
+    dues = []
+    for now in (3.0, 5.0):
+        dues.append(schedule.due)
+        schedule.run(now)
+    assert [*dues, schedule.due] == [3.0, 5.0, 7.0]
+
+
+def test_a_fault_that_begins_now_ends_after_its_duration_whatever_its_time():
+    device = []
+    schedule = FaultSchedule({1: device}, ())
+    schedule.begin(Noted(node=1, at=99.0, duration=2.0), 10.0)
+    schedule.run(12.0)
+    assert device == [("begin", "", 10.0), ("end", "", 12.0)]
+
+
+def test_a_fault_without_duration_does_not_end():
+    noted, schedule = run([Noted(node=1, at=1.0)], [0.5, 1.5, 1e9])
+    assert noted == [("begin", "", 1.5)]
+    assert schedule.due == math.inf

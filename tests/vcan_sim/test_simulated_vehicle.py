@@ -36,8 +36,7 @@ def test_two_vehicles_that_see_the_same_frames_send_the_same_frames(make_bench):
         bench.write(1, 0x1017, 0, 40, 2)
         bench.nmt(0x01)
         for number in range(100):
-            bench.plant.counts = (number,) * 7
-            bench.sync()
+            bench.sync(count=number)
         return bench.take()
 
     assert drive() == drive()

@@ -1,7 +1,5 @@
 """Any interface of python-can opens by its URL, with its keys and its bit timing."""
 
-from __future__ import annotations
-
 import sys
 from types import ModuleType
 from urllib.parse import urlencode

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import socket
 import threading
 
@@ -45,22 +43,6 @@ GREETING = [(b"", b"< hi >")]
 OPENING = [(b"", b"< hi >"), (b"< open can0 >", b"< ok >")]
 
 
-def test_what_is_no_url_is_refused_with_an_example():
-    with pytest.raises(BusError, match="such as socketcan://can0") as caught:
-        open_bus("can0")
-    assert caught.value.url == "can0"
-
-
-def test_a_virtual_bus_opens_by_name():
-    sender, receiver = open_bus("virtual://test-bus"), open_bus("virtual://test-bus")
-    sender.send(can.Message(arbitration_id=0x123, is_extended_id=False))
-    message = receiver.recv(0)
-    sender.shutdown()
-    receiver.shutdown()
-    assert message is not None
-    assert message.arbitration_id == 0x123
-
-
 def test_a_virtual_bus_shares_its_channel_with_python_cans_own():
     ours, theirs = open_bus("virtual://shared"), can.Bus(interface="virtual", channel="shared")
     data = bytearray(b"\x01\x02")
@@ -76,13 +58,6 @@ def test_a_virtual_bus_shares_its_channel_with_python_cans_own():
     assert (here.arbitration_id, there.arbitration_id, bytes(there.data)) == (0x182, 0x181, b"\x01\x02")
 
 
-def test_a_port_on_which_nobody_listens_is_refused_at_once():
-    with socket.create_server(("127.0.0.1", 0)) as unused:
-        port = unused.getsockname()[1]
-    with pytest.raises(BusError, match="no answer from"):
-        open_bus(f"socketcand://127.0.0.1:{port}/can0")
-
-
 def test_a_server_that_says_nothing_is_given_up(monkeypatch):
     monkeypatch.setattr(module, "PROBE_TIMEOUT", 0.05)
     with (
@@ -92,15 +67,17 @@ def test_a_server_that_says_nothing_is_given_up(monkeypatch):
         open_bus(f"socketcand://127.0.0.1:{mute.getsockname()[1]}/can0")
 
 
-def test_a_server_that_speaks_something_else_is_named(serve):
-    url, _ = serve([(b"", b"SSH-2.0-OpenSSH")])
-    with pytest.raises(BusError, match="does not speak socketcand"):
-        open_bus(url)
-
-
-def test_a_refused_channel_is_an_error(serve):
-    url, _ = serve(GREETING, [(b"", b"< hi >"), (b"< open can0 >", b"< error >")])
-    with pytest.raises(BusError, match="refuses channel"):
+@pytest.mark.parametrize(
+    ("scripts", "says"),
+    [
+        ([[(b"", b"SSH-2.0-OpenSSH")]], "does not speak socketcand"),
+        ([GREETING, [*GREETING, (b"< open can0 >", b"< error >")]], "refuses channel"),
+    ],
+    ids=["another protocol", "no such channel"],
+)
+def test_a_server_that_does_not_serve_the_channel_is_named(serve, scripts, says):
+    url, _ = serve(*scripts)
+    with pytest.raises(BusError, match=says):
         open_bus(url)
 
 
@@ -123,11 +100,6 @@ def test_a_server_that_goes_away_is_noticed_by_reading(serve):
     bus.shutdown()
 
 
-def test_an_absent_network_interface_is_named():
-    with pytest.raises(BusError, match="ip link set can99"):
-        open_bus("socketcan://can99")
-
-
 @pytest.mark.parametrize(
     ("url", "library", "extra"),
     [
@@ -147,5 +119,6 @@ def test_an_interface_without_its_library_names_the_extra(monkeypatch, url, libr
 
 @pytest.mark.parametrize("url", ["socketcand:///can0", "socketcand://host:port/can0", "can0", ""])
 def test_a_malformed_url_is_a_bus_error(url):
-    with pytest.raises(BusError):
+    with pytest.raises(BusError) as caught:
         open_bus(url)
+    assert caught.value.url == url

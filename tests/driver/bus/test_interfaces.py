@@ -1,7 +1,5 @@
 """The stamps of a SocketCAN socket, on sockets of another family that have the same control messages."""
 
-from __future__ import annotations
-
 import socket
 import struct
 import time

@@ -25,9 +25,14 @@ ALL_KINDS = (
 @pytest.fixture
 def clock(monkeypatch):
     """Host time that passes only while the bus sleeps."""
-    host = SimpleNamespace(now=7.0)
+    host = SimpleNamespace(now=7.0, waits=[])
     host.monotonic = lambda: host.now
-    host.sleep = lambda seconds: setattr(host, "now", host.now + seconds)
+
+    def sleep(seconds):
+        host.waits.append(seconds)
+        host.now += seconds
+
+    host.sleep = sleep
     monkeypatch.setattr(replay, "time", host)
     return host
 
@@ -68,25 +73,10 @@ def test_nothing_can_be_sent():
     bus.shutdown()
 
 
-class Clock:
-    """Time that passes only while somebody sleeps."""
-
-    def __init__(self):
-        self.now, self.waits = 0.0, []
-
-    def __call__(self):
-        return self.now
-
-    def sleep(self, seconds):
-        self.waits.append(seconds)
-        self.now += seconds
-
-
 @pytest.mark.parametrize(("pace", "waits"), [(1.0, [0.5, 1.5]), (2.0, [0.25, 0.75]), (0.0, [])])
-def test_frames_keep_the_distances_that_they_were_recorded_with(pace, waits):
-    clock = Clock()
+def test_frames_keep_the_distances_that_they_were_recorded_with(clock, pace, waits):
     with open_bus("virtual://replaying") as bus:
-        send_frames(ALL_KINDS, "virtual://replaying", pace, clock=clock, sleep=clock.sleep)
+        send_frames(ALL_KINDS, "virtual://replaying", pace, clock=clock.monotonic, sleep=clock.sleep)
         sent = [bus.recv(1.0) for _ in range(4)]
         assert bus.recv(0.0) is None
     assert clock.waits == waits

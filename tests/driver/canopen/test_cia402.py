@@ -1,7 +1,5 @@
 """The state machine of CiA 402: enabled from every state that a drive can start in, in the right order."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

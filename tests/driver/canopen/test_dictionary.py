@@ -1,7 +1,5 @@
 """The standard dictionary has the widths of CiA 301, 402 and 406, as EDS files state them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

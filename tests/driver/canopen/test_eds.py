@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from omnimate.driver.canopen.eds import load_eds
@@ -139,8 +137,3 @@ def test_what_is_no_eds_is_an_error_that_names_the_file(tmp_path, text):
     path.write_text(text)
     with pytest.raises(EdsError, match=r"bad\.eds"):
         load_eds(path, 1)
-
-
-def test_an_absent_file_is_an_error(tmp_path):
-    with pytest.raises(EdsError, match="cannot be read"):
-        load_eds(tmp_path / "none.eds", 1)

@@ -1,7 +1,5 @@
 """The mapping that a log shows, and the EDS that names its objects, decode a device's PDOs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from omnimate.driver.canopen.eds import load_eds

@@ -1,7 +1,5 @@
 """A node is the device that `vehicle.toml` means where everything that it states agrees."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import pytest
@@ -64,8 +62,9 @@ def test_everything_that_was_read_is_noted_with_its_object(kit):
 
 @pytest.mark.usefixtures("_impatient")
 def test_a_node_that_does_not_answer_is_missing(kit):
-    with pytest.raises(NodeMissing):
+    with pytest.raises(NodeMissing) as caught:
         check(kit, None)
+    assert (caught.value.node, caught.value.names) == (1, ("a.left",))
 
 
 def test_of_a_drive_only_the_presence_is_checked(kit):
@@ -82,6 +81,7 @@ def test_an_encoder_reports_the_optional_objects_that_it_has(kit):
     read_encoder(kit.sdo([device])[0], [wheel], configuration)
     assert configuration.encoder_objects == {0x6001: 3000, 0x6500: 0, 0x6509: 12}
     assert any("preset" in remark for remark in configuration.remarks)
+    assert any("offset 6509h = 12" in remark for remark in configuration.remarks)
     assert any("is no multiple of the 3000 units per turn" in remark for remark in configuration.remarks)
 
 

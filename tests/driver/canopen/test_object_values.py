@@ -1,7 +1,5 @@
 """Values of objects: what is written as text is read as the same value."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

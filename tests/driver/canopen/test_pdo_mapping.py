@@ -1,7 +1,5 @@
 """PDO mapping: entries as numbers and back, and every planned PDO holds its fields."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """A PDO that is written reads back as it was written, on two independent SDO servers."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

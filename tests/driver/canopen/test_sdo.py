@@ -1,7 +1,5 @@
 """Objects as numbers: what is put is read back, on two independent SDO servers."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,6 +7,16 @@ from hypothesis import strategies as st
 from omnimate.driver.canopen.dictionary import VARIABLES, standard_dictionary
 from omnimate.driver.canopen.sdo import MAX_RESPONSES, TRIES
 from omnimate.driver.errors import NotTaken, SdoRefused, SdoSilent
+
+
+@pytest.fixture
+def device(kit):
+    return kit.encoder_device(1)
+
+
+@pytest.fixture
+def sdo(kit, device):
+    return kit.sdo([device])[0]
 
 
 def bits_of(index):
@@ -68,34 +76,27 @@ def put_all(sdo, written):
         sdo.put(index, 0, value)
 
 
-def test_an_object_that_holds_its_value_already_is_not_written(kit):
-    device = kit.encoder_device(1)
+def test_an_object_that_holds_its_value_already_is_not_written(device, sdo):
     device.refuse[0x1017, 0] = 0x06010002
-    sdo, _ = kit.sdo([device])
     assert not sdo.put(0x1017, 0, 0)
     assert device.writes == []
 
 
-def test_an_object_of_another_size_is_written_in_the_size_of_the_device(kit):
-    device = kit.encoder_device(1)
+def test_an_object_of_another_size_is_written_in_the_size_of_the_device(device, sdo):
     device.put(0x1017, 0, 0, 4)
-    sdo, _ = kit.sdo([device])
     sdo.write(0x1017, 0, 500)
     assert device.objects[0x1017, 0] == [500, 4]
 
 
-def test_a_value_that_is_confirmed_and_not_kept_is_an_error_with_both_values(kit):
-    device = kit.encoder_device(1)
+def test_a_value_that_is_confirmed_and_not_kept_is_an_error_with_both_values(device, sdo):
     device.on_write = lambda *_write: device.put(0x1017, 0, 250, 2)
-    sdo, _ = kit.sdo([device])
     with pytest.raises(NotTaken) as caught:
         sdo.put(0x1017, 0, 500)
     assert (caught.value.wrote, caught.value.reads) == (500, 250)
 
 
 @pytest.mark.usefixtures("_impatient")
-def test_a_silent_node_is_asked_three_times(kit):
-    device = kit.encoder_device(1)
+def test_a_silent_node_is_asked_three_times(kit, device):
     device.mute = True
     sdo, network = kit.sdo([device])
     with pytest.raises(SdoSilent) as caught:
@@ -106,8 +107,7 @@ def test_a_silent_node_is_asked_three_times(kit):
 
 
 @pytest.mark.usefixtures("_impatient")
-def test_an_answer_to_the_second_try_counts(kit):
-    device = kit.encoder_device(1)
+def test_an_answer_to_the_second_try_counts(kit, device):
     sdo, network = kit.sdo([device])
     lost = iter([True, False])
     network.can_bus.change = lambda message, answers: (
@@ -116,30 +116,19 @@ def test_an_answer_to_the_second_try_counts(kit):
     assert sdo.read(0x1000) == 0x00020196
 
 
-def answer(kit, index, value, node=1):
-    return kit.frame(
-        0x580 + node, b"\x43" + index.to_bytes(2, "little") + b"\0" + value.to_bytes(4, "little")
-    )
-
-
-def test_a_late_answer_about_another_object_is_not_taken_for_this_one(kit):
+@pytest.mark.parametrize(
+    ("node", "index"), [(1, 0x6004), (2, 0x1000)], ids=["late, about another object", "of another node"]
+)
+def test_an_answer_to_another_request_is_not_taken_for_this_one(kit, node, index):
     """canopen's own client takes any answer."""
     sdo, network = kit.sdo([kit.encoder_device(1)])
-    late = answer(kit, 0x6004, 99)
-    network.can_bus.change = lambda _message, answers: [late, *answers]
-    assert sdo.read(0x1000) == 0x00020196
-
-
-def test_answers_of_another_node_are_not_taken(kit):
-    sdo, network = kit.sdo([kit.encoder_device(1)])
-    foreign = answer(kit, 0x1000, 99, node=2)
-    network.can_bus.change = lambda _message, answers: [foreign, *answers]
+    other = kit.frame(0x580 + node, b"\x43" + index.to_bytes(2, "little") + b"\0\x63\0\0\0")
+    network.can_bus.change = lambda _message, answers: [other, *answers]
     assert sdo.read(0x1000) == 0x00020196
 
 
 @pytest.mark.usefixtures("_impatient")
-def test_an_endless_segmented_answer_is_given_up(kit):
-    device = kit.encoder_device(1)
+def test_an_endless_segmented_answer_is_given_up(kit, device):
     sdo, network = kit.sdo([device])
     segments = 0
 

@@ -1,7 +1,5 @@
 """The checks pass what is right and fail what is wrong: simulated devices, `LocalNode`, and two dummies."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import math
 import operator
 
@@ -10,22 +8,15 @@ from hypothesis import strategies as st
 from omnimate.driver.robot.assembler import Assembler
 from omnimate.files.logs.assemble import assemble
 from omnimate.files.logs.frames import Frame, frames_of
-from omnimate.vehicle.parameters import Bus, Encoder, Linkage, Truck, VehicleParameters
+from tests.driver.conftest import two_trucks
 
-NAMES = ("a.left", "a.right", "b.left", "b.right", "joint_a", "joint_b", "link")
-
-
-def encoder(column):
-    name = NAMES[column]
-    scale = {"counts_per_metre": 1e4} if name == "link" else {"counts_per_turn": 40000}
-    return Encoder(name, column + 1, 0x181 + column, 0, 32, signed=True, sign=1, **scale)
-
-
-TRUCKS = {"a": Truck(0.34, 0.15, 0.15), "b": Truck(0.34, 0.15, 0.15)}
-VEHICLE = VehicleParameters(
-    "v", TRUCKS, Linkage(1.0), Bus(500_000, 0.015), tuple(encoder(i) for i in range(7))
-)
+VEHICLE = two_trucks(0.015, signed=True)
 COB_IDS = [encoder.cob_id for encoder in VEHICLE.encoders]
+
+
+@pytest.fixture
+def assembler():
+    return Assembler(VEHICLE)
 
 
 def answer(assembler, count, cob_ids=COB_IDS):
@@ -39,8 +30,7 @@ def cycle(assembler, index, count, cob_ids=COB_IDS):
     return assembler.close()
 
 
-def test_all_answers_make_a_full_sample():
-    assembler = Assembler(VEHICLE)
+def test_all_answers_make_a_full_sample(assembler):
     sample = cycle(assembler, 0, 5)
     assert sample.counts == (5,) * 7
     assert sample.present == (True,) * 7
@@ -49,8 +39,7 @@ def test_all_answers_make_a_full_sample():
     assert assembler.is_complete
 
 
-def test_a_missing_answer_is_counted_and_repeats_the_last_count():
-    assembler = Assembler(VEHICLE)
+def test_a_missing_answer_is_counted_and_repeats_the_last_count(assembler):
     cycle(assembler, 0, 5)
     sample = cycle(assembler, 1, 6, COB_IDS[1:])
     assert sample.counts == (5, 6, 6, 6, 6, 6, 6)
@@ -60,8 +49,7 @@ def test_a_missing_answer_is_counted_and_repeats_the_last_count():
     assert assembler.counts[1].missing == 1
 
 
-def test_a_frame_after_the_sample_closed_is_late():
-    assembler = Assembler(VEHICLE)
+def test_a_frame_after_the_sample_closed_is_late(assembler):
     cycle(assembler, 0, 5)
     cycle(assembler, 1, 6, COB_IDS[1:])
     answer(assembler, 6, COB_IDS[:1])
@@ -71,8 +59,7 @@ def test_a_frame_after_the_sample_closed_is_late():
     assert (assembler.counts[1].late, assembler.counts[1].missing) == (1, 0)
 
 
-def test_a_late_answer_after_the_next_sync_never_enters_its_sample():
-    assembler = Assembler(VEHICLE)
+def test_a_late_answer_after_the_next_sync_never_enters_its_sample(assembler):
     cycle(assembler, 0, 5)
     cycle(assembler, 1, 6, COB_IDS[1:])
     assembler.begin(2, 0.03)
@@ -85,8 +72,7 @@ def test_a_late_answer_after_the_next_sync_never_enters_its_sample():
     assert (assembler.counts[1].late, assembler.counts[1].missing) == (1, 0)
 
 
-def test_the_first_of_two_answers_counts():
-    assembler = Assembler(VEHICLE)
+def test_the_first_of_two_answers_counts(assembler):
     assembler.begin(0, 0.0)
     answer(assembler, 5)
     answer(assembler, 6, COB_IDS[:1])
@@ -95,8 +81,7 @@ def test_the_first_of_two_answers_counts():
 
 
 @pytest.mark.parametrize("data", [b"", b"\x01", b"\x01\x02\x03"])
-def test_a_short_pdo_never_enters_a_sample(data):
-    assembler = Assembler(VEHICLE)
+def test_a_short_pdo_never_enters_a_sample(assembler, data):
     assembler.begin(0, 0.0)
     assembler.frame(COB_IDS[0], data, 0.0, 0.0)
     answer(assembler, 5, COB_IDS[1:])
@@ -111,8 +96,7 @@ def takes(assembler, index, data):
     return bool(assembler.close().present[0])
 
 
-def test_a_long_pdo_is_taken_until_the_first_of_the_length_of_its_mapping():
-    assembler = Assembler(VEHICLE)
+def test_a_long_pdo_is_taken_until_the_first_of_the_length_of_its_mapping(assembler):
     assert takes(assembler, 0, b"\x05\0\0\0\xff")
     assert not assembler.events.all()
     assembler.expect_length(COB_IDS[0], 4)
@@ -125,8 +109,7 @@ def test_a_long_pdo_is_taken_until_the_first_of_the_length_of_its_mapping():
     assert not takes(assembler, 4, b"\x09\0\0")
 
 
-def test_a_silent_node_is_not_waited_for_until_it_is_heard():
-    assembler = Assembler(VEHICLE)
+def test_a_silent_node_is_not_waited_for_until_it_is_heard(assembler):
     for index in range(3):
         cycle(assembler, index, 5, COB_IDS[1:])
     assembler.begin(3, 0.045)
@@ -145,8 +128,7 @@ def test_a_silent_node_is_not_waited_for_until_it_is_heard():
     ]
 
 
-def test_a_silent_node_of_which_a_late_frame_comes_is_waited_for_again():
-    assembler = Assembler(VEHICLE)
+def test_a_silent_node_of_which_a_late_frame_comes_is_waited_for_again(assembler):
     cycle(assembler, 0, 5)
     for index in range(1, 5):
         cycle(assembler, index, 5, COB_IDS[1:])
@@ -160,9 +142,8 @@ def test_a_silent_node_of_which_a_late_frame_comes_is_waited_for_again():
     assert not assembler.is_settled
 
 
-def test_a_node_that_missed_a_sync_is_only_hoped_for_until_it_is_trusted_again():
+def test_a_node_that_missed_a_sync_is_only_hoped_for_until_it_is_trusted_again(assembler):
     """Each wait for a node that often misses would cost the whole window."""
-    assembler = Assembler(VEHICLE)
     cycle(assembler, 0, 5, COB_IDS[1:])
     for index in range(1, 101):
         assembler.begin(index, 0.015 * index)
@@ -177,8 +158,7 @@ def test_a_node_that_missed_a_sync_is_only_hoped_for_until_it_is_trusted_again()
     assert not assembler.is_complete
 
 
-def test_a_restart_rebases_wheels_and_not_joints():
-    assembler = Assembler(VEHICLE)
+def test_a_restart_rebases_wheels_and_not_joints(assembler):
     cycle(assembler, 0, 1000)
     cycle(assembler, 1, 1010)
     for node in (1, 5):
@@ -194,8 +174,7 @@ def test_a_restart_rebases_wheels_and_not_joints():
     ]
 
 
-def test_an_impossible_reading_is_a_jump():
-    assembler = Assembler(VEHICLE)
+def test_an_impossible_reading_is_a_jump(assembler):
     cycle(assembler, 0, 0)
     sample = cycle(assembler, 1, 2**30)
     assert sample.present == (False,) * 7
@@ -203,14 +182,12 @@ def test_an_impossible_reading_is_a_jump():
     assert {gap.reason for gap in assembler.gaps_until_now()} == {"jump"}
 
 
-def test_syncs_that_were_left_out_widen_what_a_counter_may_have_moved():
-    assembler = Assembler(VEHICLE)
+def test_syncs_that_were_left_out_widen_what_a_counter_may_have_moved(assembler):
     cycle(assembler, 0, 0)
     assert cycle(assembler, 1001, 200_000).present[0]
 
 
-def test_a_boot_up_is_believed_where_the_pdos_stopped_and_not_where_they_go_on():
-    assembler = Assembler(VEHICLE)
+def test_a_boot_up_is_believed_where_the_pdos_stopped_and_not_where_they_go_on(assembler):
     cycle(assembler, 0, 1000)
     assembler.node_booted(1)
     assert cycle(assembler, 1, 1010).counts[0] == 1010

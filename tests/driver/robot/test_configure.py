@@ -1,33 +1,32 @@
-from __future__ import annotations
+"""A node as it is configured: its PDO, its wrap range, and what is reported."""
 
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.errors import (
     BusOverload,
-    MappingImpossible,
-    NodeMissing,
-    NotTaken,
-    SdoRefused,
     WrongDevice,
 )
-from omnimate.driver.robot.configure import configure_node, with_ranges
+from omnimate.driver.robot.configure import choose_range, configure_node, with_ranges
 from omnimate.driver.robot.driver import Driver
-from omnimate.vehicle.parameters import Bus
+from omnimate.vehicle.parameters import Bus, Encoder
 
 
-def configure(kit, device, vehicle=None):
-    bus = kit.Bus([device] if device else [])
-    vehicle = vehicle or kit.one_truck()
-    link = BusNetwork(bus, kit.Clock())
-    link.handler = lambda message, _arrival: link.notify(message.arbitration_id, message.data, 0.0)
-    return configure_node(link.sdo(1), vehicle, link.nmt_command), bus
+@pytest.fixture
+def device(kit):
+    return kit.encoder_device(1)
 
 
-def test_a_factory_fresh_encoder_answers_sync_afterwards(kit):
-    device = kit.encoder_device(1)
+def configure(kit, device, vehicle=None, **left):
+    """Configure node 1, of which the encoder in the vehicle may differ; return the report and the bus."""
+    sdo, network = kit.sdo([device])
+    return configure_node(sdo, vehicle or kit.one_truck(**left), network.nmt_command), network.can_bus
+
+
+def test_a_factory_fresh_encoder_answers_sync_afterwards(kit, device):
     report, bus = configure(kit, device)
     assert device.objects[0x1800, 1][0] == 0x40000181
     assert device.objects[0x1800, 2][0] == 1
@@ -40,8 +39,7 @@ def test_a_factory_fresh_encoder_answers_sync_afterwards(kit):
     assert (0x000, b"\x80\x01") in bus.sent
 
 
-def test_a_pdo_is_mapped_in_the_order_of_cia_301_and_keeps_bit_30(kit):
-    device = kit.encoder_device(1)
+def test_a_pdo_is_mapped_in_the_order_of_cia_301_and_keeps_bit_30(kit, device):
     configure(kit, device)
     mapping = [write for write in device.writes if write[0] in {0x1800, 0x1A00}]
     assert mapping == [
@@ -53,16 +51,14 @@ def test_a_pdo_is_mapped_in_the_order_of_cia_301_and_keeps_bit_30(kit):
     ]
 
 
-def test_inhibit_time_and_event_timer_are_cleared(kit):
-    device = kit.encoder_device(1)
+def test_inhibit_time_and_event_timer_are_cleared(kit, device):
     device.objects[0x1800, 3][0] = 100
     device.objects[0x1800, 5][0] = 50
     configure(kit, device)
     assert device.objects[0x1800, 3][0] == device.objects[0x1800, 5][0] == 0
 
 
-def test_a_device_that_is_right_already_is_left_alone(kit):
-    device = kit.encoder_device(1)
+def test_a_device_that_is_right_already_is_left_alone(kit, device):
     configure(kit, device)
     device.writes.clear()
     report, bus = configure(kit, device)
@@ -71,119 +67,45 @@ def test_a_device_that_is_right_already_is_left_alone(kit):
     assert not [data for can_id, data in bus.sent if can_id == 0]
 
 
-def test_a_tpdo_that_only_fills_the_bus_is_switched_off(kit):
-    device = kit.encoder_device(1)
+def test_a_tpdo_that_only_fills_the_bus_is_switched_off(kit, device):
     device.objects[0x1801, 1][0] = 0x281
     report, _ = configure(kit, device)
     assert device.objects[0x1801, 1][0] == 0x80000281
     assert "TPDO2 281h switched off" in report.changed
 
 
-def test_tpdo2_is_used_where_no_tpdo_has_the_cob_id(kit):
-    device = kit.encoder_device(1)
-    vehicle = kit.one_truck((kit.wheel_encoder("a.left", 1, cob_id=0x1A1), kit.wheel_encoder("a.right", 2)))
-    configure(kit, device, vehicle)
+def test_tpdo2_is_used_where_no_tpdo_has_the_cob_id(kit, device):
+    configure(kit, device, cob_id=0x1A1)
     assert device.objects[0x1801, 1][0] & 0x800007FF == 0x1A1
     assert device.objects[0x1800, 1][0] >> 31
 
 
-@pytest.mark.usefixtures("_impatient")
-def test_nobody_there_names_node_and_channels(kit):
-    with pytest.raises(NodeMissing, match=r"a\.left") as caught:
-        configure(kit, None)
-    assert (caught.value.node, caught.value.names) == (1, ("a.left",))
-
-
-@pytest.mark.parametrize(("key", "value"), [("vendor", 9), ("product", 9), ("serial", 9)])
-def test_another_identity_is_refused_before_anything_is_written(kit, key, value):
-    device = kit.encoder_device(1)
-    vehicle = kit.one_truck((kit.wheel_encoder("a.left", 1, **{key: value}), kit.wheel_encoder("a.right", 2)))
+@pytest.mark.parametrize("key", ["vendor", "product", "serial"])
+def test_another_identity_is_refused_before_anything_is_written(kit, device, key):
     with pytest.raises(WrongDevice, match=key) as caught:
-        configure(kit, device, vehicle)
+        configure(kit, device, **{key: 9})
     assert caught.value.key == key
     assert device.writes == []
 
 
-def test_a_device_without_a_profile_is_taken_with_a_remark(kit):
-    device = kit.encoder_device(1)
+def test_a_device_without_a_profile_is_taken_with_a_remark(kit, device):
     device.objects[0x1000, 0][0] = 0
     report, _ = configure(kit, device)
     assert any("1000h states profile 0" in remark for remark in report.remarks)
 
 
-def test_650bh_stands_in_for_a_missing_serial_number(kit):
-    device = kit.encoder_device(1)
+def test_650bh_stands_in_for_a_missing_serial_number(kit, device):
     del device.objects[0x1018, 4]
     device.put(0x650B, 0, 77, 4)
-    fields = (kit.wheel_encoder("a.left", 1, serial=77), kit.wheel_encoder("a.right", 2))
-    report, _ = configure(kit, device, kit.one_truck(fields))
+    report, _ = configure(kit, device, serial=77)
     assert any("650Bh" in remark for remark in report.remarks)
 
 
-def test_a_preset_encoder_is_remarked(kit):
-    device = kit.encoder_device(1)
-    device.put(0x6509, 0, 1234, 4)
-    report, _ = configure(kit, device)
-    assert any("offset 6509h = 1234" in remark for remark in report.remarks)
-    assert report.encoder_objects[0x6509] == 1234
-
-
-def test_a_heartbeat_that_cannot_be_set_is_remarked_with_the_refusal(kit):
-    device = kit.encoder_device(1)
-    device.refuse[0x1017, 0] = 0x06010002
-    report, _ = configure(kit, device)
-    assert report.heartbeat is None
-    assert any("read-only" in remark for remark in report.remarks)
-
-
-def test_a_heartbeat_within_reason_stays(kit):
-    device = kit.encoder_device(1)
-    device.objects[0x1017, 0][0] = 1000
-    report, _ = configure(kit, device)
-    assert report.heartbeat == 1.0
-    assert device.objects[0x1017, 0][0] == 1000
-
-
-def test_a_device_that_produces_sync_itself_is_silenced(kit):
-    device = kit.encoder_device(1)
+def test_a_device_that_produces_sync_itself_is_silenced(kit, device):
     device.objects[0x1005, 0][0] = 0x40000080
     report, _ = configure(kit, device)
     assert device.objects[0x1005, 0][0] == 0x80
     assert any("1005h" in change for change in report.changed)
-
-
-def test_a_mapping_that_the_device_refuses_is_explained(kit):
-    device = kit.encoder_device(1)
-    device.refuse[0x1A00, 1, 0x60040020] = 0x06040041
-    with pytest.raises(MappingImpossible, match="cannot be mapped to the PDO"):
-        configure(kit, device)
-
-
-def test_a_value_that_does_not_stay_is_an_error(kit):
-    device = kit.encoder_device(1)
-    device.on_write = lambda index, sub, _value: (
-        device.put(0x1800, 2, 3, 1) if (index, sub) == (0x1800, 2) else None
-    )
-    with pytest.raises(NotTaken) as caught:
-        configure(kit, device)
-    assert (caught.value.wrote, caught.value.reads) == (254, 3)
-
-
-def test_an_object_of_another_width_is_written_in_the_devices_own(kit):
-    device = kit.encoder_device(1)
-    device.put(0x1017, 0, 0, 4)
-    report, _ = configure(kit, device)
-    assert device.objects[0x1017, 0] == [500, 4]
-    assert report.heartbeat == 0.5
-
-
-def test_an_abort_for_another_reason_is_reported_in_words(kit):
-    device = kit.encoder_device(1)
-    device.objects[0x1005, 0][0] = 0x40000080
-    device.refuse[0x1005, 0] = 0x08000022
-    with pytest.raises(SdoRefused, match="present device state") as caught:
-        configure(kit, device)
-    assert (caught.value.index, caught.value.subindex, caught.value.abort_code) == (0x1005, 0, 0x08000022)
 
 
 def two_on_one(kit, **changes):
@@ -195,8 +117,7 @@ def two_on_one(kit, **changes):
     )
 
 
-def test_two_channels_of_one_encoder_are_6020h_in_order(kit):
-    device = kit.encoder_device(1)
+def test_two_channels_of_one_encoder_are_6020h_in_order(kit, device):
     report, _ = configure(kit, device, two_on_one(kit))
     assert [device.objects[0x1A00, n][0] for n in (0, 1, 2)] == [2, 0x60200120, 0x60200220]
     assert report.lengths == {0x181: 8}
@@ -208,26 +129,16 @@ def test_two_axes_of_one_drive_are_6064h_and_6864h(kit):
     assert [device.objects[0x1A00, n][0] for n in (0, 1, 2)] == [2, 0x60640020, 0x68640020]
 
 
-def test_a_gap_is_filled_with_the_status_word(kit):
-    device = kit.encoder_device(1)
-    fields = (kit.wheel_encoder("a.left", 1, start_bit=24), kit.wheel_encoder("a.right", 2))
-    report, _ = configure(kit, device, kit.one_truck(fields))
+def test_a_gap_is_filled_with_the_status_word(kit, device):
+    report, _ = configure(kit, device, start_bit=24)
     assert [device.objects[0x1A00, n][0] for n in range(4)] == [3, 0x65000010, 0x10010008, 0x60040020]
     assert report.lengths == {0x181: 7}
 
 
-def test_a_gap_is_filled_with_a_dummy_where_the_status_cannot_be_mapped(kit):
-    device = kit.encoder_device(1)
+def test_a_gap_is_filled_with_a_dummy_where_the_status_cannot_be_mapped(kit, device):
     device.refuse[0x1A00, 1, 0x65000010] = 0x06040041
-    fields = (kit.wheel_encoder("a.left", 1, start_bit=16), kit.wheel_encoder("a.right", 2))
-    configure(kit, device, kit.one_truck(fields))
+    configure(kit, device, start_bit=16)
     assert [device.objects[0x1A00, n][0] for n in range(3)] == [2, 0x00060010, 0x60040020]
-
-
-def test_a_gap_of_no_whole_bytes_is_refused_in_words(kit):
-    fields = (kit.wheel_encoder("a.left", 1, start_bit=3), kit.wheel_encoder("a.right", 2))
-    with pytest.raises(MappingImpossible, match="3 bits"):
-        configure(kit, kit.encoder_device(1), kit.one_truck(fields))
 
 
 @pytest.mark.parametrize(
@@ -243,13 +154,12 @@ def test_a_gap_of_no_whole_bytes_is_refused_in_words(kit):
         (8192, 4096, 4096, "vehicle.toml 4096"),
     ],
 )
-def test_the_wrap_range_is_chosen_per_node_and_stated(kit, reported, stated, chosen, words):
-    device = kit.encoder_device(1)
+def test_the_wrap_range_is_chosen_per_node_and_stated(kit, device, reported, stated, chosen, words):
     if reported is None:
         del device.objects[0x6002, 0]
     else:
         device.objects[0x6002, 0][0] = reported
-    vehicle = kit.one_truck((kit.wheel_encoder("a.left", 1, range=stated), kit.wheel_encoder("a.right", 2)))
+    vehicle = kit.one_truck(range=stated)
     report, _ = configure(kit, device, vehicle)
     assert report.ranges == {"a.left": chosen}
     assert any(words in remark for remark in report.remarks)
@@ -265,11 +175,42 @@ def test_an_overload_is_refused_before_anything_is_sent(kit):
 
 
 def test_the_report_has_the_load_and_a_line_for_everything(kit):
-    driver = Driver(
-        kit.one_truck(), kit.Bus([kit.encoder_device(1), kit.encoder_device(2)]), clock=kit.Clock()
-    )
-    report = driver.configure()
+    report = kit.driver_and_bus()[0].configure()
     assert "bus load forecast" in report.load.in_words()
     assert [node.node for node in report.nodes] == [1, 2]
     assert report.nodes[0].names == ("a.left",)
     assert ("changed", "heartbeat 1017h: 0 ms to 500 ms") in report.nodes[0].lines()
+
+
+widths = st.integers(8, 32)
+
+
+def encoder(bits, **changes):
+    return Encoder("a.left", 1, 0x181, 0, bits, signed=False, sign=1, counts_per_turn=4096.0, **changes)
+
+
+@given(widths, st.one_of(st.none(), st.integers(0, 2**32 - 1)), st.booleans())
+def test_the_chosen_range_never_exceeds_the_field_and_is_stated(bits, reported, is_stated):
+    wheel = encoder(bits, **({"range": 2 ** (bits - 1)} if is_stated else {}))
+    chosen, reason = choose_range(wheel, reported)
+    assert 1 < chosen <= 2**bits
+    assert reason.startswith("a.left: ")
+    assert str(chosen) in reason or "2**32" in reason
+
+
+@given(widths, st.integers(0, 2**32 - 1))
+def test_a_range_in_vehicle_toml_always_wins(bits, reported):
+    wheel = encoder(bits, range=2 ** (bits - 1))
+    assert choose_range(wheel, reported)[0] == 2 ** (bits - 1)
+
+
+@given(st.integers(2, 31))
+def test_a_vendor_that_means_n_and_one_that_means_n_minus_1_give_the_same_range(exponent):
+    wheel = encoder(32)
+    assert choose_range(wheel, 2**exponent)[0] == choose_range(wheel, 2**exponent - 1)[0] == 2**exponent
+
+
+@given(widths)
+def test_a_device_that_reports_nothing_wraps_as_vehicle_toml_says(bits):
+    wheel = encoder(bits)
+    assert choose_range(wheel, None)[0] == wheel.wrap_range

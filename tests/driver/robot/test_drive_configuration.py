@@ -1,7 +1,5 @@
 """A drive as it is configured: its RPDO, its status word, and heartbeats both ways."""
 
-from __future__ import annotations
-
 import pytest
 
 from omnimate.driver.robot.drive_configuration import configure_drive

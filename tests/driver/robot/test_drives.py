@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -17,11 +15,7 @@ EMERGENCY = b"\x10\x81\x11\0\0\0\0\0"
 
 
 def robot_of(kit, *drives, **options):
-    """A truck of two encoders and two drives on a bus, configured."""
-    nodes = [drive.node for drive in drives]
-    devices = [kit.encoder_device(1), kit.encoder_device(2), *map(kit.drive_device, nodes)]
-    bus = kit.Bus(devices)
-    driver = Driver(kit.one_truck(drives=drives), bus, clock=kit.Clock(), **options)
+    driver, bus = kit.driver_and_bus(*drives, **options)
     driver.configure()
     return driver, bus
 
@@ -30,6 +24,12 @@ def robot_of(kit, *drives, **options):
 def robot(kit):
     """A truck of which the right drive is mounted the other way round."""
     return robot_of(kit, kit.drive("a.left", 17), kit.drive("a.right", 18, sign=-1))
+
+
+@pytest.fixture
+def enabled(robot):
+    robot[0].enable()
+    return robot
 
 
 def sends_at_writes(bus, node, indices, frame):
@@ -138,9 +138,8 @@ def test_how_long_a_drive_takes_to_answer_for_its_status_word_is_measured(robot)
     assert [node for node, _ in found] == [18]
 
 
-def test_an_answer_that_is_lost_right_after_enable_stops_nothing(robot):
-    driver, bus = robot
-    driver.enable()
+def test_an_answer_that_is_lost_right_after_enable_stops_nothing(enabled):
+    driver, bus = enabled
     bus.queue.clear()
     driver.cycle()
     assert driver.command((1.0, 1.0)) == (1.0, 1.0)
@@ -163,20 +162,18 @@ def test_a_drive_that_stays_in_a_state_is_an_error_with_its_status(robot):
         driver.command((0.0, 0.0))
 
 
-def test_a_restart_before_a_drive_is_configured_does_not_stop_what_is_enabled_then(kit, robot):
-    driver, bus = robot
-    driver.enable()
+def test_a_restart_before_a_drive_is_configured_does_not_stop_what_is_enabled_then(kit, enabled):
+    driver, bus = enabled
     driver.cycle()
     bus.queue.append(kit.frame(0x711, b"\0"))
     driver.enable()
     driver.cycle()
     assert driver.command((1.0, 1.0)) == (1.0, 1.0)
-    assert (17, "restarted (boot-up)") in [(event.node, event.what) for event in driver.report().events]
+    assert (17, "restarted (boot-up)") in words(driver)
 
 
-def test_a_drive_that_the_driver_makes_pre_operational_has_lost_nothing(kit, robot):
-    driver, bus = robot
-    driver.enable()
+def test_a_drive_that_the_driver_makes_pre_operational_has_lost_nothing(kit, enabled):
+    driver, bus = enabled
     bus.devices[17].objects[0x1017, 0][0] = 0
     bus.devices[17].objects[0x1016, 1][0] = 0
     sends_at_writes(bus, 17, range(0x1000, 0x2000), kit.frame(0x711, b"\x7f"))  # while it is configured
@@ -185,27 +182,22 @@ def test_a_drive_that_the_driver_makes_pre_operational_has_lost_nothing(kit, rob
     assert driver.command((1.0, 1.0)) == (1.0, 1.0)
 
 
-def test_a_restart_in_the_middle_of_its_configuration_stops_all(kit, robot):
+@pytest.mark.parametrize(
+    ("node", "written", "can_id", "data", "trouble"),
+    [(17, 0x1016, 0x711, b"\0", "while it was configured"), (18, 0x6060, 0x091, EMERGENCY, "8110h")],
+    ids=["a restart in its configuration", "an emergency of an enabled one while the next one is not yet"],
+)
+def test_trouble_of_a_drive_during_enable_stops_all(kit, robot, node, written, can_id, data, trouble):
     driver, bus = robot
-    sends_at_writes(bus, 17, {0x1016}, kit.frame(0x711, b"\0"))
+    sends_at_writes(bus, node, {written}, kit.frame(can_id, data))
     driver.enable()
     driver.cycle()
-    with pytest.raises(DrivesStopped, match="while it was configured"):
+    with pytest.raises(DrivesStopped, match=trouble):
         driver.command((1.0, 1.0))
 
 
-def test_an_emergency_of_a_drive_that_is_enabled_while_the_next_one_is_not_stops_all(kit, robot):
-    driver, bus = robot
-    sends_at_writes(bus, 18, {0x6060}, kit.frame(0x091, EMERGENCY))
-    driver.enable()
-    driver.cycle()
-    with pytest.raises(DrivesStopped, match="8110h"):
-        driver.command((1.0, 1.0))
-
-
-def test_an_emergency_of_an_encoder_stops_nothing(kit, robot):
-    driver, bus = robot
-    driver.enable()
+def test_an_emergency_of_an_encoder_stops_nothing(kit, enabled):
+    driver, bus = enabled
     bus.queue.append(kit.frame(0x081, EMERGENCY))
     driver.cycle()
     assert driver.command((1.0, 1.0)) == (1.0, 1.0)
@@ -219,17 +211,15 @@ def test_a_missing_drive_is_named(robot):
         driver.enable()
 
 
-def test_speeds_are_sent_as_counts_with_the_drives_sign(robot):
-    driver, bus = robot
-    driver.enable()
+def test_speeds_are_sent_as_counts_with_the_drives_sign(enabled):
+    driver, bus = enabled
     driver.command((1.0, 1.0))
     assert targets(bus, 0x211)[-1] == round(COUNTS)
     assert targets(bus, 0x212)[-1] == round(-COUNTS)
 
 
-def test_an_unchanged_command_is_refreshed_every_100_ms_only(robot):
-    driver, bus = robot
-    driver.enable()
+def test_an_unchanged_command_is_refreshed_every_100_ms_only(enabled):
+    driver, bus = enabled
     driver.cycle()
     before = len(targets(bus, 0x211))
     for step in range(100):
@@ -239,9 +229,8 @@ def test_an_unchanged_command_is_refreshed_every_100_ms_only(robot):
     assert 9 <= len(targets(bus, 0x211)) - before <= 12
 
 
-def test_too_fast_slows_all_wheels_by_one_factor_and_counts(robot):
-    driver, _ = robot
-    driver.enable()
+def test_too_fast_slows_all_wheels_by_one_factor_and_counts(enabled):
+    driver, _ = enabled
     limit = driver.vehicle.limits.speed / 0.075
     assert driver.command((1.5 * limit, limit)) == pytest.approx((limit, limit / 1.5))
     assert driver.drives.limited == 1
@@ -251,16 +240,14 @@ def test_too_fast_slows_all_wheels_by_one_factor_and_counts(robot):
 
 
 @pytest.mark.parametrize("speeds", [(math.nan, 0.0), (math.inf, 0.0), (0.0,), (0.0, 0.0, 0.0)])
-def test_what_is_no_speed_is_refused(robot, speeds):
-    driver, _ = robot
-    driver.enable()
+def test_what_is_no_speed_is_refused(enabled, speeds):
+    driver, _ = enabled
     with pytest.raises(BadCommand, match="2 finite wheel speeds"):
         driver.command(speeds)
 
 
-def test_without_a_commander_the_wheels_stop_after_200_ms(robot):
-    driver, bus = robot
-    driver.enable()
+def test_without_a_commander_the_wheels_stop_after_200_ms(enabled):
+    driver, bus = enabled
     driver.command((1.0, 1.0))
     for _ in range(19):
         driver.cycle()
@@ -292,18 +279,16 @@ def test_watchdog_refresh_and_heartbeat_are_due_at_their_times(kit):
     assert faults == [("no command for 0.25 s: wheels stopped", True)]
 
 
-def test_our_heartbeat_goes_on_while_enabled(robot):
-    driver, bus = robot
-    driver.enable()
+def test_our_heartbeat_goes_on_while_enabled(enabled):
+    driver, bus = enabled
     before = bus.sent.count((0x77F, b"\x05"))
     for _ in range(100):
         driver.cycle()
     assert 9 <= bus.sent.count((0x77F, b"\x05")) - before <= 11
 
 
-def test_our_heartbeat_goes_on_after_disable_and_no_torque_is_commanded(kit, robot):
-    driver, bus = robot
-    driver.enable()
+def test_our_heartbeat_goes_on_after_disable_and_no_torque_is_commanded(kit, enabled):
+    driver, bus = enabled
     driver.drives.disable()
     bus.sent.clear()
     bus.queue.append(kit.frame(0x191, b"\x21\x02"))
@@ -320,18 +305,16 @@ def test_our_heartbeat_goes_on_after_disable_and_no_torque_is_commanded(kit, rob
 
 
 @pytest.mark.usefixtures("_impatient")
-def test_a_drive_that_cannot_be_disabled_is_logged_and_the_other_one_is_disabled(robot):
-    driver, bus = robot
-    driver.enable()
+def test_a_drive_that_cannot_be_disabled_is_logged_and_the_other_one_is_disabled(enabled):
+    driver, bus = enabled
     bus.devices[17].mute = True
     driver.drives.disable()
     assert [node for node, what in words(driver) if "could not be disabled" in what] == [17]
     assert bus.devices[18].objects[0x6040, 0][0] == 0x06
 
 
-def test_our_heartbeat_goes_on_while_an_answer_is_awaited(robot):
-    driver, bus = robot
-    driver.enable()
+def test_our_heartbeat_goes_on_while_an_answer_is_awaited(enabled):
+    driver, bus = enabled
     waits, recv = [], bus.recv
     bus.recv = lambda timeout: waits.append(timeout) or recv(timeout)
     bus.sent.clear()
@@ -342,9 +325,8 @@ def test_our_heartbeat_goes_on_while_an_answer_is_awaited(robot):
     assert max(waits) < 0.06
 
 
-def test_stop_is_sent_at_once_and_on_a_dead_bus_noted(robot):
-    driver, bus = robot
-    driver.enable()
+def test_stop_is_sent_at_once_and_on_a_dead_bus_noted(enabled):
+    driver, bus = enabled
     driver.command((1.0, 1.0))
     driver.stop()
     assert targets(bus, 0x211)[-1] == targets(bus, 0x212)[-1] == 0
@@ -353,9 +335,8 @@ def test_stop_is_sent_at_once_and_on_a_dead_bus_noted(robot):
     assert any("stop could not be sent" in event.what for event in driver.report().events)
 
 
-def test_close_stops_and_takes_the_torque_away(robot):
-    driver, bus = robot
-    driver.enable()
+def test_close_stops_and_takes_the_torque_away(enabled):
+    driver, bus = enabled
     driver.command((1.0, 1.0))
     driver.close()
     assert targets(bus, 0x211)[-1] == 0
@@ -374,10 +355,9 @@ def out_by_silence(kit, bus):
     bus.queue.append(kit.frame(0x711, b"\x05"))
 
 
-def test_all_drives_get_a_quick_stop_and_those_in_nmt_state_stopped_are_brought_back_for_it(kit, robot):
+def test_all_drives_get_a_quick_stop_and_those_in_nmt_state_stopped_are_brought_back_for_it(kit, enabled):
     """A drive that is stopped has no SDO; what is seen of the drives afterwards is no news."""
-    driver, bus = robot
-    driver.enable()
+    driver, bus = enabled
     faults = []
     driver._events.listener = lambda _time, _node, what, *, is_fault: faults.append((what, is_fault))
     bus.sent.clear()
@@ -393,27 +373,24 @@ def test_all_drives_get_a_quick_stop_and_those_in_nmt_state_stopped_are_brought_
     assert not [what for _, what in words(driver) if "has left operation enabled" in what]
 
 
-def test_a_quick_stop_that_cannot_be_sent_is_logged(robot):
-    driver, bus = robot
-    driver.enable()
+def test_a_quick_stop_that_cannot_be_sent_is_logged(enabled):
+    driver, bus = enabled
     bus.is_dead = True
     driver.drives.halt(Trouble(0.0, 17, "a trouble"))
     assert not driver.drives.is_enabled
     assert [what for _, what in words(driver) if "quick stop could not be sent" in what]
 
 
-def test_the_first_troubles_are_kept(robot):
-    driver, _ = robot
-    driver.enable()
+def test_the_first_troubles_are_kept(enabled):
+    driver, _ = enabled
     for number in range(2 * MAX_TROUBLES):
         driver.drives.halt(Trouble(0.0, 17, str(number)))
     assert [trouble.what for trouble in driver.drives.troubles] == list("01234567")
 
 
 @pytest.mark.parametrize("drop_out", [out_by_boot, out_by_fault, out_by_silence])
-def test_a_drive_that_drops_out_stops_all_wheels_until_enable(kit, robot, drop_out):
-    driver, bus = robot
-    driver.enable()
+def test_a_drive_that_drops_out_stops_all_wheels_until_enable(kit, enabled, drop_out):
+    driver, bus = enabled
     driver.command((1.0, 1.0))
     drop_out(kit, bus)
     for _ in range(200):
@@ -461,18 +438,16 @@ def stand_still(driver):
         driver.cycle()
 
 
-def test_a_wheel_that_stands_against_its_command_stops_all(robot):
-    driver, bus = robot
-    driver.enable()
+def test_a_wheel_that_stands_against_its_command_stops_all(enabled):
+    driver, bus = enabled
     with pytest.raises(DrivesStopped, match=r"a\.left is commanded and stands"):
         stand_still(driver)
     assert targets(bus, 0x212)[-1] == 0
     assert {event.node for event in driver.report().events if "stands still" in event.what} == {1, 2}
 
 
-def test_a_wheel_that_is_commanded_to_stand_is_not_frozen(robot):
-    driver, bus = robot
-    driver.enable()
+def test_a_wheel_that_is_commanded_to_stand_is_not_frozen(enabled):
+    driver, bus = enabled
     for step in range(150):
         bus.devices[2].position = 100 * step
         driver.command((0.0, 4.0))

@@ -1,7 +1,5 @@
 """Every received frame goes to exactly one place: a sample, a node's service, or the unknown frames."""
 
-from __future__ import annotations
-
 import can
 import pytest
 from hypothesis import given

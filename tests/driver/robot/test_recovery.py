@@ -1,7 +1,5 @@
 """Nodes that lost their configuration are configured again, one at a time, with longer and longer pauses."""
 
-from __future__ import annotations
-
 import can
 import pytest
 from hypothesis import given

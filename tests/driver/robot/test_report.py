@@ -1,7 +1,5 @@
 """The report of a drive: every counter of every node, clean exactly where nothing happened."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 import pytest

@@ -1,7 +1,5 @@
 """A wheel is frozen where it stands still although its command, or the other wheel, says that it moves."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Frames that nothing expects are counted by kind and for the node whose identifier they carry."""
 
-from __future__ import annotations
-
 import can
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """The drafted vehicle.toml: with its comments answered, it is the robot that was scanned."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Which file fits a device."""
 
-from __future__ import annotations
-
 import pytest
 
 from omnimate.driver.scan.eds_folder import Fit, described_devices, fitting_file

@@ -1,7 +1,5 @@
 """What the frames on a bus say by themselves."""
 
-from __future__ import annotations
-
 import can
 import pytest
 

@@ -13,7 +13,6 @@ from omnimate.files.importers.robots import single_truck
 from omnimate.files.importers.series import Series, poses_of
 from omnimate.files.logs.assemble import assemble
 from omnimate.files.logs.recording_to_frames import frames_of_recording
-from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.vehicle.parameters import Drive, Truck
 from omnimate.vehicle.recording import Recording
 
@@ -68,14 +67,6 @@ def test_an_import_is_what_its_frames_on_a_bus_would_have_given(steps, periods, 
     assert (seen.commands is None) == (expected.commands is None)
     if seen.commands is not None:
         np.testing.assert_array_equal(seen.commands, expected.commands)
-
-
-def test_what_is_returned_is_what_its_folder_holds(drive, tmp_path):
-    save_recording(drive, tmp_path)
-    loaded = load_recording(tmp_path)
-    np.testing.assert_array_equal(loaded.counts, drive.counts)
-    np.testing.assert_allclose(loaded.time, drive.time, atol=1e-6)
-    np.testing.assert_array_equal(loaded.poses.pose, drive.poses.pose)
 
 
 @given(st.floats(0.001, 0.019))

@@ -5,11 +5,16 @@ from hypothesis import strategies as st
 from omnimate.files.logs.formats.candump_lines import FD_LENGTHS
 from omnimate.files.logs.frames import BRS, ERROR, ESI, EXTENDED, FD, REMOTE, SENT, Frame
 
-KINDS = [0, EXTENDED, REMOTE, EXTENDED | REMOTE, ERROR, FD, FD | EXTENDED]
+CLASSICAL = [0, EXTENDED, REMOTE, EXTENDED | REMOTE, ERROR]
+KINDS = [*CLASSICAL, FD, FD | EXTENDED]
+TIMES = st.integers(10**15, 2 * 10**15).map(lambda micros: micros / 1e6)
+ANY_TIMES = st.integers(0, 4 * 10**15).map(lambda micros: micros / 1e6)
 
 
 @st.composite
-def any_frames(draw, kinds=KINDS, channels=("can0", "can1"), directions=(0, SENT)):
+def any_frames(
+    draw, kinds=KINDS, channels=("can0", "can1"), directions=(0, SENT), error_directions=(0,), times=TIMES
+):
     """A frame of any kind, CAN FD with BRS and ESI included, at a whole microsecond of these years."""
     kind = draw(st.sampled_from(kinds))
     can_id = draw(st.integers(0, 0x1FFFFFFF if kind & (EXTENDED | ERROR) else 0x7FF))
@@ -20,9 +25,8 @@ def any_frames(draw, kinds=KINDS, channels=("can0", "can1"), directions=(0, SENT
     else:
         data = b"" if kind & REMOTE else draw(st.binary(max_size=8))
     length = draw(st.integers(0, 8)) if kind & REMOTE else len(data)
-    time = draw(st.integers(10**15, 2 * 10**15)) / 1e6
-    direction = 0 if kind & ERROR else draw(st.sampled_from(directions))
-    return Frame(time, can_id, data, kind | direction, length, draw(st.sampled_from(channels)))
+    direction = draw(st.sampled_from(error_directions if kind & ERROR else directions))
+    return Frame(draw(times), can_id, data, kind | direction, length, draw(st.sampled_from(channels)))
 
 
 def logs(**options):

@@ -84,15 +84,6 @@ def test_a_missing_answer_leaves_the_last_count_and_a_gap():
     assert (assembly.pdos[0].used, assembly.pdos[0].missing) == (4, 2)
 
 
-def test_an_answer_after_the_next_sync_is_late_and_enters_no_sample():
-    rows = drive(5)
-    late = rows[2].pop(1)
-    rows[3].insert(1, late)
-    assembly = assembled(rows)
-    assert assembly.recording.counts[:, 0].tolist() == [0, 10, 10, 30, 40]
-    assert (assembly.pdos[0].late, assembly.pdos[0].missing, assembly.pdos[0].duplicate) == (1, 0, 0)
-
-
 @pytest.mark.parametrize("size", [0, 1, 3, 8])
 def test_an_answer_of_the_wrong_length_enters_no_sample(size):
     rows = drive(5)

@@ -1,7 +1,5 @@
 """A log block by block is the log at once, in threads or not."""
 
-from __future__ import annotations
-
 import gzip
 
 import can

@@ -1,6 +1,5 @@
 """The messages for broken logs and recordings, word for word, as the tables under `tests/data/` say."""
 
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -10,14 +9,14 @@ from omnimate.files.logs.formats.minimon import read_trace
 from omnimate.files.recordings.poses_csv import read_poses
 from omnimate.files.recordings.run_toml import read_run
 from omnimate.vehicle.errors import RecordingError
+from tests.samples import broken
 
-DATA = Path(__file__).parents[2] / "data" / "logs"
 MINIMON_HEAD = 'ASCII Trace IXXAT MiniMon V3\n"Time";"Identifier (hex)";"Format";"Flags";"Data (hex)"\n'
 
 
 def cases(table):
-    broken = tomllib.loads((DATA / table).read_text(encoding="utf-8"))["case"]
-    return pytest.mark.parametrize(("text", "message"), [(case["input"], case["message"]) for case in broken])
+    rows = [(case["input"], case["message"]) for case in broken(f"logs/{table}")]
+    return pytest.mark.parametrize(("text", "message"), rows)
 
 
 @cases("broken_candump_lines.toml")

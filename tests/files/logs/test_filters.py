@@ -1,7 +1,5 @@
 """Filters keep what was asked for and triggers find where it happens."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -19,13 +17,9 @@ from omnimate.files.logs.filters import (
 )
 from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, Frame, frames_of
 from omnimate.files.logs.signals import Signal
+from tests.files.logs.any_frames import any_frames
 
-frames = st.tuples(
-    st.floats(0, 1000),
-    st.integers(0, 0x7FF),
-    st.binary(max_size=8),
-    st.sampled_from([0, 0, 0, EXTENDED, REMOTE, ERROR]),
-).map(lambda row: Frame(*row))
+frames = any_frames((0, 0, 0, EXTENDED, REMOTE, ERROR), times=st.floats(0, 1000), directions=(0,))
 logs = st.lists(frames, min_size=1, max_size=60).map(frames_of)
 SIGNALS = {0x181: [Signal("a.left", 0, 16, signed=True, factor=0.1)]}
 

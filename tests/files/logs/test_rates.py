@@ -7,11 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.files.logs.decoding import FrameDecoder
-from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, SENT, Frame, frames_of
+from omnimate.files.logs.frames import SENT, Frame, frames_of
 from omnimate.files.logs.rates import RateTable, without_pauses
-from tests.files.logs.any_frames import logs
-
-CLASSICAL = (0, EXTENDED, REMOTE, ERROR)
+from tests.files.logs.any_frames import CLASSICAL, logs
 
 
 def lines(*blocks):

@@ -13,8 +13,9 @@ from omnimate.files.logs.blocks import read_log
 from omnimate.files.logs.formats.block_reader import BlockReader
 from omnimate.files.logs.formats.candump_blocks import BlockParser
 from omnimate.files.logs.formats.candump_lines import format_lines, parse_line
-from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, SENT, Frame, concatenate, frames_of
+from omnimate.files.logs.frames import ERROR, EXTENDED, REMOTE, SENT, concatenate, frames_of
 from omnimate.vehicle.errors import LogError
+from tests.files.logs.any_frames import CLASSICAL, any_frames
 from tests.samples import CANOPEN_TRACES, CAR_LOG, OTHER_ROBOT, OTHER_ROBOT_ASC, cases
 
 GOOD = b"".join(
@@ -29,25 +30,9 @@ def read(tmp_path, content, name="can.log"):
     return read_log(path)
 
 
-@st.composite
-def frames(draw):
-    """Any classical frame whose time is a whole number of microseconds of these years."""
-    kind = draw(st.sampled_from([0, 0, 0, EXTENDED, REMOTE, EXTENDED | REMOTE, ERROR]))
-    can_id = draw(st.integers(0, 0x1FFFFFFF if kind & (EXTENDED | ERROR) else 0x7FF))
-    data = b"" if kind & REMOTE else draw(st.binary(max_size=8))
-    length = draw(st.integers(0, 8)) if kind & REMOTE else len(data)
-    time = draw(st.integers(10**15, 4 * 10**15)) / 1e6
-    return Frame(
-        time,
-        can_id,
-        data,
-        kind | draw(st.sampled_from([0, SENT])),
-        length,
-        draw(st.sampled_from(["can0", "can1"])),
-    )
-
-
-logs = st.lists(frames(), min_size=1, max_size=60)
+times = st.integers(10**15, 4 * 10**15).map(lambda micros: micros / 1e6)
+frames = any_frames(CLASSICAL, error_directions=(0, SENT), times=times)
+logs = st.lists(frames, min_size=1, max_size=60)
 
 
 def block_of(rows, form="log"):
@@ -204,12 +189,6 @@ def test_a_gzip_file_that_ends_early_or_is_damaged_gives_what_it_still_holds(tmp
     broken = read(tmp_path, packed[:-8] + bytes(8))
     assert len(broken.frames) > 49000
     assert broken.blocks.truncated
-
-
-def test_a_clock_that_goes_back_is_reported(tmp_path):
-    result = read(tmp_path, GOOD + GOOD)
-    assert np.flatnonzero(np.diff(result.frames.time) < 0.0).tolist() == [59]
-    assert "the clock goes back" in list(result.blocks.problems())[-1]
 
 
 def test_a_log_of_too_many_interfaces_is_marked(tmp_path):

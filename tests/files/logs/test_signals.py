@@ -1,7 +1,5 @@
 """Signals of DBC files are what cantools decodes, one frame at a time and for whole columns."""
 
-from __future__ import annotations
-
 import struct
 
 import cantools

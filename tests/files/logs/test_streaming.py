@@ -19,9 +19,8 @@ from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, SENT, Frame
 from omnimate.files.logs.streaming import LogStream
 from omnimate.files.logs.writing import SUFFIXES, log_suffix, open_writer, written_whole
 from omnimate.vehicle.errors import LogError
-from tests.files.logs.any_frames import KINDS, any_frames, logs
+from tests.files.logs.any_frames import CLASSICAL, KINDS, any_frames, logs
 
-CLASSICAL = [kind for kind in KINDS if not kind & FD]
 # What each format holds: kinds of frames, interfaces, directions.
 HELD = {
     ".log": (KINDS, ("can0", "can1"), (0, SENT)),

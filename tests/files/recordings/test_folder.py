@@ -146,16 +146,6 @@ def test_answers_come_between_one_sync_and_the_next(vehicle, tmp_path):
     assert len(frames) == 8 * SAMPLES
 
 
-def test_a_log_with_a_line_of_garbage_loads_and_the_line_is_reported(vehicle, tmp_path):
-    save_recording(recording_of(vehicle), tmp_path)
-    log = tmp_path / "can.log"
-    lines = log.read_text().splitlines(keepends=True)
-    log.write_text("".join([*lines[:20], "garbage\n", *lines[20:]]))
-    loaded = read_recording(tmp_path)
-    assert_equal(loaded.recording, recording_of(vehicle))
-    assert [line.line for line in loaded.log.blocks.skipped] == [21]
-
-
 @pytest.mark.parametrize(("name", "error"), [("vehicle.toml", VehicleFileError), ("can.log", RecordingError)])
 def test_what_is_missing_is_named(vehicle, tmp_path, name, error):
     save_recording(recording_of(vehicle), tmp_path)

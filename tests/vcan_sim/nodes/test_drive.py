@@ -4,8 +4,10 @@ import math
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from omnimate.vcan_sim.nodes.drive import PowerState, next_state
+from omnimate.vcan_sim.nodes.drive import PowerState, next_state, statusword
 from omnimate.vcan_sim.reference import reference_vehicle
 
 NODE, COUNTS = 11, 40_000  # of drive a.left; counts per turn
@@ -13,18 +15,16 @@ MASK = 0x6F
 ENABLED, DISABLED, FAULT, QUICK_STOP = 0x27, 0x40, 0x08, 0x07
 
 
-def enable(bench, node=NODE, mode=3):
+def enable(bench, node=NODE, mode=3, velocity=None):
     """Enable a drive as a master does, and let RPDO1 carry 60FFh."""
-    bench.write(node, 0x1400, 1, 0x8000_0200 + node, 4)
-    bench.write(node, 0x1600, 0, 0, 1)
-    bench.write(node, 0x1600, 1, 0x60FF_0020, 4)
-    bench.write(node, 0x1600, 0, 1, 1)
-    bench.write(node, 0x1400, 1, 0x200 + node, 4)
+    bench.map_pdo(node, 0x1600, [0x60FF_0020], 0x200 + node)
     bench.write(node, 0x6060, 0, mode, 1)
     bench.nmt(0x01, node)
     for controlword in (0x06, 0x07, 0x0F):
         bench.write(node, 0x6040, 0, controlword, 2)
     bench.take()
+    if velocity is not None:
+        command(bench, velocity, node)
 
 
 def command(bench, velocity, node=NODE):
@@ -61,22 +61,19 @@ def test_the_states_follow_shutdown_switch_on_and_enable(bench):
 
 
 def test_a_target_velocity_by_rpdo_turns_the_wheel(bench):
-    enable(bench)
-    command(bench, COUNTS)
+    enable(bench, velocity=COUNTS)
     assert run(bench) == pytest.approx(2.0 * math.pi)
     assert bench.read(NODE, 0x606C) == COUNTS
 
 
 def test_a_mirrored_motor_turns_its_wheel_forward_at_a_negative_velocity(bench):
-    enable(bench, node=12)
-    command(bench, -COUNTS, node=12)
+    enable(bench, node=12, velocity=-COUNTS)
     bench.sync(100)
     assert bench.plant.speeds[1] == pytest.approx(2.0 * math.pi)
 
 
 def test_without_a_mode_of_operation_it_does_not_move(bench):
-    enable(bench, mode=0)
-    command(bench, COUNTS)
+    enable(bench, mode=0, velocity=COUNTS)
     assert run(bench) == 0.0
 
 
@@ -108,14 +105,12 @@ def test_a_jump_of_the_target_is_smoothed_by_the_profile_acceleration(bench):
 
 
 def test_cyclic_synchronous_velocity_has_no_ramp(bench):
-    enable(bench, mode=9)
-    command(bench, COUNTS)
+    enable(bench, mode=9, velocity=COUNTS)
     assert run(bench, 1) == pytest.approx(2.0 * math.pi)
 
 
 def test_halt_stops_without_disabling(bench):
-    enable(bench)
-    command(bench, COUNTS)
+    enable(bench, velocity=COUNTS)
     run(bench)
     bench.write(NODE, 0x6040, 0, 0x010F, 2)
     assert run(bench) == 0.0
@@ -125,8 +120,7 @@ def test_halt_stops_without_disabling(bench):
 
 
 def test_a_quick_stop_ends_disabled(bench):
-    enable(bench)
-    command(bench, COUNTS)
+    enable(bench, velocity=COUNTS)
     run(bench)
     bench.write(NODE, 0x6040, 0, 0x0002, 2)
     assert state(bench) == QUICK_STOP
@@ -136,8 +130,7 @@ def test_a_quick_stop_ends_disabled(bench):
 
 def test_the_velocity_is_limited_by_607fh(bench):
     bench.write(NODE, 0x607F, 0, 1000, 4)
-    enable(bench)
-    command(bench, -COUNTS)
+    enable(bench, velocity=-COUNTS)
     run(bench)
     assert bench.read(NODE, 0x606C) == 2**32 - 1000
 
@@ -158,8 +151,7 @@ def lose_the_heartbeat(bench):
 @pytest.mark.parametrize(("option", "after"), [(0, ENABLED), (1, FAULT), (2, DISABLED), (3, DISABLED)])
 def test_a_lost_master_is_reported_and_the_wheel_stops_as_6007h_says(bench, lose, code, option, after):
     bench.write(NODE, 0x6007, 0, option, 2)
-    enable(bench)
-    command(bench, COUNTS)
+    enable(bench, velocity=COUNTS)
     run(bench)
     lose(bench)
     assert state(bench) == ENABLED
@@ -181,8 +173,7 @@ def test_a_refreshed_command_keeps_the_watchdog_quiet(bench):
 
 @pytest.mark.parametrize("nmt", [0x02, 0x80, 0x81, 0x82])
 def test_a_drive_that_leaves_operational_stops(bench, nmt):
-    enable(bench)
-    command(bench, COUNTS)
+    enable(bench, velocity=COUNTS)
     run(bench)
     bench.nmt(nmt, NODE)
     assert run(bench) == 0.0
@@ -191,8 +182,7 @@ def test_a_drive_that_leaves_operational_stops(bench, nmt):
 
 
 def test_the_position_counts_what_the_motor_turned(bench):
-    enable(bench, mode=9)
-    command(bench, 1000)
+    enable(bench, mode=9, velocity=1000)
     bench.sync(100)
     assert bench.read(NODE, 0x6064) == 1500
 
@@ -210,11 +200,50 @@ def test_a_drive_whose_encoder_is_a_channel_shows_it_at_6064h(make_bench):
     vehicle = reference_vehicle()
     left = replace(vehicle.encoders[0], node=NODE, profile="cia402")
     bench = make_bench(replace(vehicle, encoders=(left, *vehicle.encoders[1:])))
-    bench.plant.counts = (-5,) * 7
-    bench.sync()
+    bench.sync(count=-5)
     assert bench.read(NODE, 0x6064) == 2**32 - 5
 
 
-def test_from_switch_on_disabled_only_shutdown_leads_on():
-    for controlword in (0x07, 0x0F, 0x00, 0x02):
-        assert next_state(PowerState.SWITCH_ON_DISABLED, controlword, 0) is PowerState.SWITCH_ON_DISABLED
+states = st.sampled_from(PowerState)
+controlwords = st.integers(0, 0xFFFF)
+FAULTY = {PowerState.FAULT, PowerState.FAULT_REACTION_ACTIVE}
+
+
+@given(states, controlwords, controlwords)
+def test_without_voltage_no_drive_that_is_sound_stays_switched_on(state, controlword, previous):
+    after = next_state(state, controlword & ~0x02, previous)
+    assert after is PowerState.SWITCH_ON_DISABLED or state in FAULTY
+
+
+@given(controlwords, controlwords)
+def test_only_an_edge_of_fault_reset_leaves_the_fault(controlword, previous):
+    left = next_state(PowerState.FAULT, controlword, previous) is not PowerState.FAULT
+    assert left == bool(controlword & ~previous & 0x80)
+
+
+@given(states, controlwords, controlwords)
+def test_operation_is_enabled_by_enable_operation_alone_and_never_from_disabled(state, controlword, previous):
+    if next_state(state, controlword, previous) is PowerState.OPERATION_ENABLED:
+        assert controlword & 0x0F == 0x0F
+        assert state is not PowerState.SWITCH_ON_DISABLED
+        assert state not in FAULTY
+
+
+@given(states, st.booleans(), st.booleans(), st.booleans())
+def test_the_statusword_shows_the_state_and_the_bits(state, remote, reached, standing):
+    word = statusword(state, remote=remote, target_reached=reached, standing=standing)
+    shown = {mask: word & mask for mask in (0x4F, 0x6F)}
+    free = state in {PowerState.SWITCH_ON_DISABLED, *FAULTY}  # the quick stop bit may have any value
+    assert (shown[0x4F] == state & 0x4F) if free else (shown[0x6F] == state)
+    assert (bool(word & 0x200), bool(word & 0x400), bool(word & 0x1000)) == (remote, reached, standing)
+
+
+@pytest.mark.parametrize("state", [PowerState.OPERATION_ENABLED, PowerState.QUICK_STOP_ACTIVE])
+def test_quick_stop_stops_a_drive_that_runs(state):
+    assert next_state(state, 0x02, 0) is PowerState.QUICK_STOP_ACTIVE
+
+
+@pytest.mark.parametrize("controlword", [0x07, 0x0F, 0x00, 0x02])
+def test_from_switch_on_disabled_only_shutdown_leads_on(controlword):
+    disabled = PowerState.SWITCH_ON_DISABLED
+    assert next_state(disabled, controlword, 0) is disabled

@@ -62,13 +62,11 @@ def test_the_object_of_the_vehicles_file_is_a_position_too(make_bench):
 
 
 def test_a_preset_makes_the_position_its_value_and_shows_in_6509h(bench):
-    bench.plant.counts = (1000,) * 7
-    bench.sync()
+    bench.sync(count=1000)
     bench.write(1, 0x6003, 0, 250, 4)
     assert bench.read(1, 0x6004) == 250
     assert bench.read(1, 0x6509) == 2**32 - 750
-    bench.plant.counts = (1010,) * 7
-    bench.sync()
+    bench.sync(count=1010)
     assert bench.read(1, 0x6004) == 260
 
 
@@ -83,27 +81,23 @@ def test_a_preset_position_wraps_at_the_encoders_range(bench):
 
 def test_the_code_sequence_turns_the_direction_round(bench):
     bench.write(1, 0x6000, 0, 1, 2)
-    bench.plant.counts = (100,) * 7
-    bench.sync()
+    bench.sync(count=100)
     assert bench.read(1, 0x6004) == 2**32 - 100
     assert bench.read(1, 0x6500) == 1
 
 
 def test_scaling_counts_in_6001h_units_per_turn(bench):
     bench.write(1, 0x6001, 0, 400, 4)
-    bench.plant.counts = (20_000,) * 7
-    bench.sync()
+    bench.sync(count=20_000)
     assert bench.read(1, 0x6004) == 20_000  # not before bit 2 of 6000h
     bench.write(1, 0x6000, 0, 4, 2)
     assert bench.read(1, 0x6004) == 200
 
 
 def test_the_speed_is_of_the_last_sync_period_and_saturates(bench):
-    bench.plant.counts = (3,) * 7
-    bench.sync()
+    bench.sync(count=3)
     assert bench.read(1, 0x6030, 1) == 200
-    bench.plant.counts = (3 - 10_000,) * 7
-    bench.sync()
+    bench.sync(count=3 - 10_000)
     assert bench.read(1, 0x6030, 1) == 0x8000
 
 

@@ -88,15 +88,6 @@ def test_node_ids_that_do_not_exist_are_refused(node, error):
     assert master.slaves[0].pending == (5 if error else node)
 
 
-def test_the_device_boots_when_it_leaves_the_configuration_with_its_first_id():
-    master = Master((UNCONFIGURED, (1, 2, 3, 4)))
-    master.ask(0x04, 1)
-    master.ask(0x11, 9)
-    assert master.booted == []
-    master.ask(0x04, 0)
-    assert master.booted == [[9]]
-
-
 @pytest.mark.parametrize("place", range(6))
 def test_a_device_outside_of_one_range_of_the_identity_does_not_answer(place):
     master = Master((5, (1, 2, 30, 400)))

@@ -6,19 +6,12 @@ STATE, VALUE, NOT_MAPPABLE, TOO_LONG = 0x08000022, 0x06090030, 0x06040041, 0x060
 OFF, ON = 0xC000_0181, 0x4000_0181
 
 
-def remap(bench, entries, node=1, index=0x1A00):
+def remap(bench, entries):
     """Go through the whole order of bus.md."""
-    cob_id = 0x180 + node
-    bench.nmt(0x80, node)
-    bench.write(node, index - 0x200, 1, 0xC000_0000 | cob_id, 4)
-    bench.write(node, index, 0, 0, 1)
-    for sub, entry in enumerate(entries, start=1):
-        bench.write(node, index, sub, entry, 4)
-    bench.write(node, index, 0, len(entries), 1)
-    bench.write(node, index - 0x200, 2, 1, 1)
-    bench.write(node, index - 0x200, 1, 0x4000_0000 | cob_id, 4)
-    bench.write(node, 0x1801, 1, 0xC000_0280 + node, 4)
-    bench.nmt(0x01, node)
+    bench.nmt(0x80, 1)
+    bench.map_pdo(1, 0x1A00, entries, ON, kind=1)
+    bench.write(1, 0x1801, 1, 0xC000_0281, 4)
+    bench.nmt(0x01, 1)
     bench.take()
 
 
@@ -133,8 +126,7 @@ def test_type_0_answers_a_sync_only_after_a_change(bench):
     bench.answer_sync(1, tpdo=0)
     bench.sync(3)
     assert len(bench.pdos(0x181)) == 1  # the first value is news
-    bench.plant.counts = (5,) * 7
-    bench.sync(3)
+    bench.sync(3, count=5)
     assert bench.pdos(0x181) == [b"\x05\0\0\0"]
 
 
@@ -153,28 +145,23 @@ def test_type_255_sends_on_change(bench):
     event_driven(bench)
     bench.sync(3)
     assert bench.pdos(0x181) == []
-    bench.plant.counts = (7,) * 7
-    bench.sync(3)
+    bench.sync(3, count=7)
     assert bench.pdos(0x181) == [b"\x07\0\0\0"]
 
 
 def test_the_inhibit_time_in_units_of_100_us_thins_out_changes(bench):
     event_driven(bench, inhibit=1000)  # 100 ms
     for step in range(1, 41):  # 0.6 s of dither
-        bench.plant.counts = (step,) * 7
-        bench.sync()
+        bench.sync(count=step)
     assert 5 <= len(bench.pdos(0x181)) <= 6
 
 
 def test_a_change_within_the_inhibit_time_is_sent_at_its_end(bench):
     event_driven(bench, inhibit=300)  # 30 ms
-    bench.plant.counts = (1,) * 7
-    bench.sync(4)
+    bench.sync(4, count=1)
     bench.take()
-    bench.plant.counts = (2,) * 7
-    bench.sync()
-    bench.plant.counts = (3,) * 7
-    bench.sync()
+    bench.sync(count=2)
+    bench.sync(count=3)
     assert bench.pdos(0x181) == [b"\x02\0\0\0"]
     bench.sync(3)
     assert bench.pdos(0x181) == [b"\x03\0\0\0"]
@@ -207,12 +194,7 @@ def test_a_synchronous_rpdo_counts_from_the_next_sync_on(bench):
 
 
 def test_an_rpdo_may_be_filled_up_with_dummies(bench):
-    bench.write(11, 0x1400, 1, 0x8000_020B, 4)
-    bench.write(11, 0x1600, 0, 0, 1)
-    bench.write(11, 0x1600, 1, 0x0006_0010, 4)
-    bench.write(11, 0x1600, 2, 0x60FF_0020, 4)
-    bench.write(11, 0x1600, 0, 2, 1)
-    bench.write(11, 0x1400, 1, 0x0000_020B, 4)
+    bench.map_pdo(11, 0x1600, [0x0006_0010, 0x60FF_0020], 0x20B)
     bench.nmt(0x01, 11)
     bench.frame(0x20B, b"\xaa\xbb\x04\x03\x02\x01")
     assert bench.read(11, 0x60FF) == 0x01020304

@@ -152,13 +152,6 @@ def test_a_block_of_an_object_that_fits_the_clients_threshold_is_a_plain_upload(
     assert answer_of(server, b"\xa4\x00\x20\x00\x7f\x04\0\0") == b"\x43\x00\x20\x00\1\2\3\4"
 
 
-def test_an_abort_by_the_client_is_not_answered_and_ends_the_transfer():
-    server, _ = store()
-    answer_of(server, b"\x40\x08\x10\x00" + bytes(4))
-    assert answer_of(server, b"\x80\x08\x10\x00" + bytes(4)) is None
-    assert answer_of(server, b"\x60" + bytes(7))[0] == 0x80
-
-
 def test_a_download_without_end_is_refused():
     server, _ = store()
     answer_of(server, b"\x20\x00\x20\x00" + bytes(4))
@@ -188,11 +181,6 @@ def test_whatever_a_client_sends_its_answers_are_whole_frames(requests):
 )
 def test_a_write_that_cannot_be_is_answered_with_its_abort_code(bench, index, sub, value, size, code):
     assert bench.aborts(1, index, sub, value, size) == code
-
-
-def test_a_stopped_node_does_not_answer(bench):
-    bench.nmt(0x02, 1)
-    assert bench.request(1, b"\x40\x00\x10\x00" + bytes(4)) is None
 
 
 def test_every_object_of_every_device_can_be_read_or_says_why_not(bench):

@@ -1,7 +1,5 @@
 """Lines read by machine code, in threads, give the same frames and complaints as lines read one by one."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st

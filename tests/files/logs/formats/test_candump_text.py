@@ -7,23 +7,12 @@ from hypothesis import strategies as st
 
 from omnimate.files.logs.formats.candump_lines import format_lines
 from omnimate.files.logs.formats.candump_text import BLOCK_FRAMES, candump_text
-from omnimate.files.logs.frames import ERROR, EXTENDED, RECEIVED, REMOTE, SENT, Frame, frames_of
+from omnimate.files.logs.frames import EXTENDED, RECEIVED, SENT, Frame, frames_of
+from tests.files.logs.any_frames import ANY_TIMES, CLASSICAL, any_frames
 
-kinds = st.sampled_from([0, 0, EXTENDED, REMOTE, EXTENDED | REMOTE, ERROR])
-times = st.one_of(st.floats(0, 4e9), st.integers(0, 4 * 10**15).map(lambda micros: micros / 1e6))
-
-
-@st.composite
-def frames(draw):
-    kind = draw(kinds)
-    can_id = draw(st.integers(0, 0x1FFFFFFF if kind & (EXTENDED | ERROR) else 0x7FF))
-    data = b"" if kind & REMOTE else draw(st.binary(max_size=8))
-    length = draw(st.integers(0, 8)) if kind & REMOTE else len(data)
-    flags = kind | draw(st.sampled_from([0, SENT, RECEIVED]))
-    return Frame(draw(times), can_id, data, flags, length, draw(st.sampled_from(["can0", "v(#[1]"])))
-
-
-rows = st.lists(frames(), min_size=1, max_size=40)
+DIRECTIONS = (0, SENT, RECEIVED)
+frames = any_frames(CLASSICAL, ("can0", "v(#[1]"), DIRECTIONS, DIRECTIONS, st.floats(0, 4e9) | ANY_TIMES)
+rows = st.lists(frames, min_size=1, max_size=40)
 
 
 @given(rows=rows, form=st.sampled_from(["log", "ta"]), stamp_width=st.sampled_from([8, 10, 17, 20]))

@@ -1,7 +1,6 @@
 """The writer of live logs: nothing that was written is lost."""
 
 import errno
-import gzip
 import os
 import threading
 
@@ -65,12 +64,6 @@ def test_a_new_writer_replaces_an_old_log_and_closing_twice_does_nothing(tmp_pat
     writer.close()
     writer.sync()
     assert len(read_log(tmp_path / "can.log").frames) == 1
-
-
-def test_gzip_is_chosen_by_the_suffix(tmp_path):
-    write(tmp_path / "can.log.gz").close()
-    with gzip.open(tmp_path / "can.log.gz") as file:
-        assert len(file.read().splitlines()) == len(FRAMES)
 
 
 def refuse(_handle):
