@@ -13,6 +13,11 @@ from rich.table import Table
 
 from omnimate.cli.console import progress_bar, say
 from omnimate.cli.tables import show
+from studies.mismatch.laws import study as of_laws
+from studies.mismatch.real import real_part
+from studies.mismatch.study import study
+from studies.mismatch.worlds.registry import chosen
+from studies.mismatch.worlds.world import Request
 
 
 def prove(
@@ -68,12 +73,6 @@ def prove(
     ] = False,
 ) -> None:
     """Prove the mismatch tool on recordings of known truth, from many worlds that share no code with it."""
-    from studies.mismatch.laws import study as of_laws
-    from studies.mismatch.real import real_part
-    from studies.mismatch.study import study
-    from studies.mismatch.worlds.registry import chosen
-    from studies.mismatch.worlds.world import Request
-
     with tempfile.TemporaryDirectory() if folder is None else nullcontext(str(folder)) as kept:
         place = Path(kept)
         if laws:
