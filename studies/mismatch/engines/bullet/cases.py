@@ -212,11 +212,7 @@ def make(
 
 
 def _case(chance: Generator, name: str, seed: int, number: int) -> _Case:
-    """Return a robot, calibrated, and its drive on a plane.
-
-    Raises:
-        TippedError: It fell over, or its trucks folded.
-    """
+    """Return a robot, calibrated, and its drive on a plane; TippedError where it fell over or folded."""
     chassis = ROBOTS[name](chance)
     if name == "tug" and chance.random() < 0.5:
         chassis = replace(chassis, creep=within(chance, RUBBER))
