@@ -127,12 +127,7 @@ def ask_without(asked: tuple[str, Question]) -> Answer:
 
 
 def table(labels: Mapping[str, Label], answers: Mapping[str, Answers]) -> Table:
-    """Return a line for each rule: in how many cases it asserts something else, and the score without it.
-
-    Args:
-        labels: Of all cases, by name.
-        answers: To all cases, by what is left out.
-    """
+    """Return a line for each rule that is left out: how many cases assert something else, and the score."""
     shown = new_table(f"What each rule earns in {len(labels)} cases", ("without",), ("other names", *SHOWN))
     whole = answers[WHOLE]
     for rule, its in answers.items():

@@ -26,11 +26,7 @@ Tool = Callable[[Sequence[Recording]], Diagnosis]
 
 
 def recordings_of(question: Question) -> list[Recording]:
-    """Return the recordings of a case.
-
-    Raises:
-        OmnimateError: One of them cannot be read.
-    """
+    """Return the recordings of a case; OmnimateError where one of them cannot be read."""
     folder, label = question
     return [load_recording(folder / name) for name in label["recordings"]]
 

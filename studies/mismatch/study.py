@@ -79,9 +79,7 @@ def study(
 ) -> Iterator[Table | str]:
     """Carry the study out in a folder, and yield its tables and sentences as they are known.
 
-    Raises:
-        OmnimateError: The folder holds another corpus.
-        PlotError: A figure cannot be written.
+    OmnimateError: the folder holds another corpus; PlotError: a figure cannot be written.
     """
     place.mkdir(parents=True, exist_ok=True)
     scores: list[Score] = []

@@ -37,11 +37,7 @@ START, PAUSE = 1_593_000_000.0, 60.0  # [s] the clock of the first run, and from
 
 
 def optiodom_sets(data: Path, missing: str) -> list[Path]:
-    """Return the sets of the differential robot among the real recordings.
-
-    Raises:
-        AbsentError: They are not there; `missing` says what is left out.
-    """
+    """Return the differential robot's sets; without any, AbsentError: `missing` says what is left out."""
     root = data / "real" / "optiodom"
     if not root.is_dir():
         raise AbsentError(f"{root} is not there: {missing} left out")

@@ -69,9 +69,7 @@ class World:
     def corpus(self, place: Path, request: Request, jobs: int, progress: Progress) -> Corpus:
         """Return the cases of a request.
 
-        Raises:
-            AbsentError: The world is not here.
-            OmnimateError: The folder holds another corpus of this world.
+        AbsentError: the world is not here; OmnimateError: the folder holds another corpus of it.
         """
         raise NotImplementedError
 
