@@ -228,12 +228,14 @@ class _Run:
             self._command(wheel_ways(nominal.tracks, speed, rate, read[-3:], gains) / nominal.radii)
             self._advance(self.steps)
         table, rows, wheels = np.array(readings), len(readings), len(self.driven_by)
+        path = np.array(poses)
+        path[:, :, 2] = np.unwrap(path[:, :, 2], axis=0)
         return Drive(
             np.arange(rows, dtype=np.float64) * period,
             table[:, :wheels],
             table[:, wheels:-1],
             table[:, -1],
-            _unwrapped(np.array(poses)),
+            path,
             contacts(np.array(touches, bool).reshape(rows, -1), round(APART / period)),
         )
 
@@ -283,10 +285,6 @@ class _Run:
             raise TippedError(f"the {self.chassis.name} fell over")
         x, y = (matrix[3 * row] * ahead[0] + matrix[3 * row + 1] * ahead[1] for row in (0, 1))
         return math.atan2(y, x)
-
-
-def _unwrapped(poses: Array) -> Array:
-    return np.concatenate((poses[:, :, :2], np.unwrap(poses[:, :, 2:], axis=0)), axis=2)
 
 
 def _scene(chassis: Chassis, ground: int, height: float) -> Scene:
