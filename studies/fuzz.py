@@ -309,7 +309,6 @@ def search(name: str, inputs: int, longest: int, seed: int, found: Path) -> None
 
 
 def main() -> None:
-    """Print what was found, a line for each parser."""
     given = options(__doc__, parser="all", inputs=20_000, longest=8192, seed=1, found="fuzz-found")
     if importlib.util.find_spec("atheris") is None:
         sys.exit("atheris is missing: pip install -e '.[fuzz]'")

@@ -173,7 +173,6 @@ def tabulate(drives: dict[str, dict[str, Result]], names: list[str]) -> None:
 
 
 def main() -> None:
-    """Print the table after each world and seed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=[9001])
     parser.add_argument("--folder", type=Path, default=Path("build/tracking"))

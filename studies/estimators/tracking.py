@@ -154,7 +154,6 @@ def summarise(rows: list[Row]) -> bool:
 
 
 def main() -> None:
-    """Print the table of each world."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("folder", type=Path, nargs="?", default=Path("build/tracking"))

@@ -245,7 +245,6 @@ def _load_and_kill(
 
 
 def main() -> None:
-    """Print what was lost."""
     given = options(__doc__, kills=200, services=1, database=None)
     with tempfile.TemporaryDirectory() as folder:
         database = given.database or f"sqlite:///{folder}/service.db"
