@@ -57,11 +57,6 @@ Asked = TypeVar("Asked")
 Reply = TypeVar("Reply")
 
 
-def _pool(jobs: int) -> ProcessPoolExecutor:
-    """Return a pool of processes that use one thread each for matrices, as all cores are busy already."""
-    return ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,))
-
-
 def ask_all(
     ask: Callable[[Asked], Reply],
     questions: Mapping[str, Asked],
@@ -75,7 +70,8 @@ def ask_all(
     """
     answers: dict[str, Reply] = {} if kept is None else _known(kept)
     waiting = {name: question for name, question in questions.items() if name not in answers}
-    with _pool(jobs) as pool:
+    # one thread each for matrices, as all cores are busy already
+    with ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool:
         for name, answer in zip(waiting, pool.map(ask, waiting.values()), strict=True):
             answers[name] = answer
             report(len(answers), len(questions))

@@ -80,7 +80,8 @@ class _Engine:
         span = self.robot.period / self.substeps
         robot = self.robot
         linkage = self._linkage() if robot.trucks == 2 else ()
-        target = wheel_ways(robot.wheelbase, *wanted, linkage, (robot.steady, HOLD, robot.length))
+        speed, turn = map(float, wanted)
+        target = wheel_ways(robot.wheelbase, speed, turn, linkage, (robot.steady, HOLD, robot.length))
         rate = (target - self.speed) / self.robot.period
         for substep in range(self.substeps):
             self.speed = self.speed + rate * span

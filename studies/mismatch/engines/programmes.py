@@ -34,10 +34,15 @@ def _square(chance: Generator, number: int) -> Lap:
     return ("cw" if turn < 0 else "ccw"), [(speed, 0.0, side / speed), corner] * 4
 
 
+def eight(speed: float, radius: float) -> list[Leg]:
+    """Return a circle of a radius [m] to the left and one to the right."""
+    circle, rate = 2.0 * math.pi * radius / speed, speed / radius
+    return [(speed, rate, circle), (speed, -rate, circle)]
+
+
 def _eight(chance: Generator, number: int) -> Lap:
     speed, radius = _speed(chance, number), float(chance.uniform(0.7, 1.1))
-    circle = 2.0 * math.pi * radius / speed
-    return "none", [(speed, speed / radius, circle), (speed, -speed / radius, circle)]
+    return "none", eight(speed, radius)
 
 
 def _slalom(chance: Generator, number: int) -> Lap:
@@ -90,10 +95,10 @@ ALIGN = 1.5  # [1/s], gain with which truck b turns into the link; it lags behin
 
 
 def wheel_ways(
-    tracks: Sequence[float],
+    tracks: Sequence[float] | Array,
     speed: float,
     rate: float,
-    linkage: Sequence[float],
+    linkage: Sequence[float] | Array,
     gains: tuple[float, float, float],
 ) -> Array:
     """Return the speeds of all wheels [m/s], `(2 T,)`, for a speed [m/s] and turn rate [rad/s] of truck a.
@@ -173,8 +178,7 @@ def _shuttles(chance: Generator, speed: float, _trucks: int) -> Callable[[int], 
 
 def _eights(chance: Generator, speed: float, _trucks: int) -> Callable[[int], Lap]:
     radius = within(chance, (0.5, 2.0))
-    circle, rate = 2.0 * math.pi * radius / speed, speed / radius
-    return lambda _number: ("none", [(speed, rate, circle), (speed, -rate, circle)])
+    return lambda _number: ("none", eight(speed, radius))
 
 
 def _free(chance: Generator, speed: float, trucks: int) -> Callable[[int], Lap]:
