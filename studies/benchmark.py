@@ -27,12 +27,9 @@ def options(
     positional: Mapping[str, str | float] | None = None,
     **named: str | float | bool | None,
 ) -> argparse.Namespace:
-    """Return the options of the command line.
+    """Return the options of the command line, whose help is a docstring, by the default of each.
 
-    Args:
-        doc: Docstring of the benchmark, which is its help.
-        positional: Default of each positional argument, which may be left out.
-        named: Default of each named option; False makes a switch, None an option without a default.
+    Positional arguments may be left out; False makes a switch, None an option without a default.
     """
     parser = argparse.ArgumentParser(
         description=doc, formatter_class=argparse.RawDescriptionHelpFormatter, usage=argparse.SUPPRESS
@@ -74,10 +71,7 @@ def process_cost(
 ) -> Cost:
     """Return what a process took that reads a file, if any, on its standard input; its output is dropped.
 
-    The largest memory of a process counts from that of the process that starts it.
-
-    Raises:
-        RuntimeError: The process failed.
+    The largest memory of a process counts from that of the process that starts it. RuntimeError: it failed.
     """
     stdin = os.open(source or os.devnull, os.O_RDONLY)
     begin = time.perf_counter()

@@ -29,9 +29,7 @@ def framed(path: Path, size: tuple[float, float], legend_columns: int = 0) -> It
     """Yield a figure of a size [inch] in the project's style, and save it at the end of the block.
 
     The suffix of the path gives the format; a legend is that of the first axes, and is below all of them.
-
-    Raises:
-        PlotError: The file cannot be written.
+    PlotError: the file cannot be written.
     """
     check_format(path)
     with mpl.rc_context(STYLE):

@@ -50,17 +50,11 @@ end = 1.5
 
 @dataclass(frozen=True)
 class Parser:
-    """A parser of a file, and files from which its search begins.
+    """A parser of a file, and files from which its search begins."""
 
-    Attributes:
-        read: Reads a file at a path; modules are imported when it is called.
-        seeds: Returns contents that it accepts.
-        name: Name of the file, whose suffix may decide on the format.
-    """
-
-    read: Callable[[Path], object]
-    seeds: Callable[[], Sequence[bytes]]
-    name: str = "input"
+    read: Callable[[Path], object]  # reads a file at a path; modules are imported when it is called
+    seeds: Callable[[], Sequence[bytes]]  # returns contents that it accepts
+    name: str = "input"  # of the file, whose suffix may decide on the format
 
 
 def reader(module: str, name: str) -> Callable[[Path], object]:
@@ -225,20 +219,14 @@ def resident() -> float:
 
 @dataclass
 class Search:
-    """Inputs that were tried on a parser.
-
-    Attributes:
-        crashes: Input by place, the first of each.
-        hangs: Inputs that took too long, with their processor time [s].
-        accepted: Number of inputs that were read without an error.
-    """
+    """Inputs that were tried on a parser."""
 
     parser: Parser
     path: Path
     inputs: int
-    crashes: dict[str, bytes] = field(default_factory=dict)
-    hangs: list[tuple[float, bytes]] = field(default_factory=list)
-    accepted: int = 0
+    crashes: dict[str, bytes] = field(default_factory=dict)  # the first input of each place
+    hangs: list[tuple[float, bytes]] = field(default_factory=list)  # processor time [s], input
+    accepted: int = 0  # inputs that were read without an error
     count: int = 0
     memory: float = 0.0
     finished: Callable[[Search], None] = lambda _search: None
@@ -321,7 +309,6 @@ def search(name: str, inputs: int, longest: int, seed: int, found: Path) -> None
 
 
 def main() -> None:
-    """Print what was found, a line for each parser."""
     given = options(__doc__, parser="all", inputs=20_000, longest=8192, seed=1, found="fuzz-found")
     if importlib.util.find_spec("atheris") is None:
         sys.exit("atheris is missing: pip install -e '.[fuzz]'")

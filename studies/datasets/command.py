@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
+import numpy as np
 import typer
 from rich.progress import track
+from rich.table import Table
 from rich.text import Text
 
+from omnimate.cli.calibrate import print_estimate
 from omnimate.cli.console import err, out, warn
 from omnimate.cli.options import MethodChoice
 from omnimate.cli.tables import new_table, show
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from rich.table import Table
-
-    from omnimate.vehicle.recording import Recording
-    from studies.datasets.optiodom.scores import RobotScores, Score
+from omnimate.cli.umbmark.calibration import Case, print_advice, result_of
+from omnimate.cli.umbmark.report import draw, report
+from omnimate.files.importers.sanity import odometry_error
+from omnimate.files.recordings.folder import save_recording
+from omnimate.vehicle.recording import Recording
+from studies.datasets import husky as husky_data
+from studies.datasets import labyrinth as labyrinth_data
+from studies.datasets.optiodom.drives import differential_sets, each_recording
+from studies.datasets.optiodom.scores import RobotScores, Score, experiment_of_optiodom, score_optiodom
 
 Out = Annotated[Path, typer.Argument(help="Folder to write the recording folders into.")]
 importers = typer.Typer(help="Make recording folders of a public data set.", no_args_is_help=True)
@@ -32,8 +37,6 @@ def optiodom(
     to: Out,
 ) -> None:
     """Take the runs of OptiOdom's differential robot: dense poses, one recording folder each."""
-    from studies.datasets.optiodom.drives import differential_sets, each_recording
-
     save_set(each_recording(source), to)
     others = differential_sets(source)[1]
     if others:
@@ -48,9 +51,7 @@ def labyrinth(
     to: Out,
 ) -> None:
     """Take the drive of TU Chemnitz's Labyrinth as its readme describes it, which is known to be wrong."""
-    from studies.datasets.labyrinth import each_recording
-
-    save_set(each_recording(source), to)
+    save_set(labyrinth_data.each_recording(source), to)
 
 
 @importers.command()
@@ -59,9 +60,7 @@ def husky(
     to: Out,
 ) -> None:
     """Take the DRIVE data of a Clearpath Husky: a recording folder for each window of two seconds."""
-    from studies.datasets.husky import each_recording
-
-    save_set(each_recording(source), to)
+    save_set(husky_data.each_recording(source), to)
 
 
 def umbmark(
@@ -74,10 +73,6 @@ def umbmark(
     force: Annotated[bool, typer.Option("--force", help="Use a result that the checks refuse.")] = False,
 ) -> None:
     """Calibrate OptiOdom's differential robot by UMBmark from its sets of squares."""
-    from omnimate.cli.umbmark.calibration import Case, print_advice, result_of
-    from omnimate.cli.umbmark.report import draw, report
-    from studies.datasets.optiodom.scores import experiment_of_optiodom
-
     cases = [Case(source.resolve().name, "a", experiment_of_optiodom(source, side)) for source in sources]
     results = [result_of(case, method, 1.0) for case in cases]
     report(results, 1.0, None)
@@ -90,9 +85,6 @@ def calibrate(
     root: Annotated[Path, typer.Argument(help="Root of the OptiOdom data.", exists=True)],
 ) -> None:
     """Calibrate OptiOdom's robots on their squares by least squares, and score them on all sets."""
-    from omnimate.cli.calibrate import print_estimate
-    from studies.datasets.optiodom.scores import score_optiodom
-
     for robot in score_optiodom(root):
         print_estimate(f"{robot.kind}, all squares", robot.calibration.quantities, robot.calibration.estimate)
         for advice in robot.calibration.left_out:
@@ -102,11 +94,6 @@ def calibrate(
 
 def save_set(recordings: Iterable[tuple[str, Recording]], to: Path) -> None:
     """Write many recordings, and say how far the odometry of all of them is off."""
-    import numpy as np
-
-    from omnimate.files.importers.sanity import odometry_error
-    from omnimate.files.recordings.folder import save_recording
-
     samples, errors = [], []
     for name, recording in track(recordings, "importing", console=err, transient=True):
         (to / name).parent.mkdir(parents=True, exist_ok=True)

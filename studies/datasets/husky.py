@@ -33,11 +33,7 @@ _NEEDED = ("cmd_left", "cmd_right", "left_wheel_vel", "right_wheel_vel", "icp_x"
 
 
 def each_recording(folder: Path | str) -> Iterator[tuple[str, Recording]]:
-    """Yield every window with its name, from `window-000` on.
-
-    Raises:
-        SourceError: The file is missing, or its content is not that of DRIVE.
-    """
+    """Yield every window with its name, from `window-000` on; SourceError where the file is not DRIVE's."""
     path = Path(folder) / WINDOWS
     data = _arrays(path)
     for number in range(len(data["icp_x"])):

@@ -28,11 +28,7 @@ _COLUMNS = {"odom2diff": 9, "point2": 8}
 
 
 def each_recording(folder: Path | str) -> Iterator[tuple[str, Recording]]:
-    """Yield the only drive of the Labyrinth folder, as `run-01`.
-
-    Raises:
-        SourceError: A file is missing or damaged.
-    """
+    """Yield the only drive of the folder, as `run-01`; SourceError where a file is missing or damaged."""
     folder = Path(folder)
     odometry, truth = _rows(folder / INPUT, "odom2diff"), _rows(folder / TRUTH, "point2")
     time, source = odometry[:, 0], folder / INPUT

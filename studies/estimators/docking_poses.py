@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -66,22 +66,17 @@ def spread_on(data: DriveSet, kinematics: Kinematics, place: Array, covariance: 
     return float(np.sqrt(2.0 * variance.mean()))
 
 
-@dataclass(frozen=True, slots=True)
-class Spread:
-    """How a robot differs from set to set."""
+def spread_of(calibrations: Sequence[PathCalibration]) -> tuple[Array, Array]:
+    """Return the mean of the sets' coordinates `(P,)`, and the covariance of another set around it `(P, P)`.
 
-    mean: Array  # mean of the sets' coordinates, `(P,)`
-    covariance: Array  # of yet another set around it, `(P, P)`: of the sets, and of their mean
-
-
-def spread_of(calibrations: Sequence[PathCalibration]) -> Spread:
-    """Return the mean and the scatter of the sets, each of which counts alike."""
+    It is that of the sets, each of which counts alike, and of their mean.
+    """
     places = np.array([calibration.estimate.coordinates for calibration in calibrations])
-    return Spread(places.mean(axis=0), np.cov(places.T) * (1.0 + 1.0 / len(places)))
+    return places.mean(axis=0), np.cov(places.T) * (1.0 + 1.0 / len(places))
 
 
-def with_docks(recording: Recording, mean: Kinematics, between: Spread) -> Kinematics:
-    """Return the robot by the first and the last pose of a drive, with the sets as the prior."""
+def with_docks(recording: Recording, mean: Kinematics, between: Array) -> Kinematics:
+    """Return the robot by the first and the last pose of a drive, with the sets' covariance as the prior."""
     assert isinstance(mean, Differential)  # as all sets of this robot are
     assert recording.poses is not None
     vehicle = recording.vehicle.with_truck("a", mean.truck)
@@ -89,7 +84,7 @@ def with_docks(recording: Recording, mean: Kinematics, between: Spread) -> Kinem
     assert cut is not None
     way = cut[0]
     slope = way.jacobian[0] @ BY_COORDINATES
-    gain = between.covariance @ slope.T
+    gain = between @ slope.T
     gain = gain @ np.linalg.inv(slope @ gain + way.covariance(CONCRETE_ROUGHNESS))
     return mean.corrected(gain @ way.residual[0])
 
@@ -138,11 +133,11 @@ def main() -> int:
         for data in sets
         if data.path != "free"
     }
-    between = spread_of([alone[data.name] for data in used])
-    mean = nominal.corrected(between.mean)
+    place, between = spread_of([alone[data.name] for data in used])
+    mean = nominal.corrected(place)
     for data in free:
         after = with_docks(recordings[f"{data.name}/run-01"], mean, between)
-        spread = spread_on(data, nominal, between.mean, between.covariance)
+        spread = spread_on(data, nominal, place, between)
         print(f"mean of the sets, docks alone: {words_of(mean)}")
         print(
             f"  {data.name} {1e3 * score(data, mean).rms:.1f} mm rms; by the scatter of the sets "

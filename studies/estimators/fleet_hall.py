@@ -19,7 +19,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing.pool import Pool
 
@@ -120,29 +120,22 @@ class Laps:
 
     def of_day(self, day: int) -> list[RecordingFeatures]:
         """Return the laps of all robots on a day."""
-        return [lap for part in self.pool.starmap(laps_of, self._parts(day)) for lap in part]
+        laps = ((self.hall, robot, day, self.minutes, self.linkage) for robot in self.hall.robots)
+        return self.pool.starmap(lap_of, laps, PART)
 
     def numbers_of_day(self, day: int, floor: Floor) -> list[RobotInformation]:
         """Return the information of the laps of all robots on a day, without the effect of a floor."""
-        parts = self.pool.starmap(numbers_of, ((floor, *part) for part in self._parts(day)))
-        return [number for part in parts for number in part]
-
-    def _parts(self, day: int) -> Iterator[tuple[Hall, Sequence[HallRobot], int, float, float]]:
-        """Yield the arguments of `laps_of` for some robots at a time."""
-        for first in range(0, len(self.hall.robots), PART):
-            yield self.hall, self.hall.robots[first : first + PART], day, self.minutes, self.linkage
-
-
-def laps_of(
-    hall: Hall, robots: Sequence[HallRobot], day: int, minutes: float, linkage: float
-) -> list[RecordingFeatures]:
-    return [lap_of(hall, robot, day, minutes, linkage) for robot in robots]
+        robots = self.hall.robots
+        parts = (robots[first : first + PART] for first in range(0, len(robots), PART))
+        more = day, self.minutes, self.linkage
+        numbers = self.pool.starmap(numbers_of, ((floor, self.hall, part, *more) for part in parts))
+        return [number for part in numbers for number in part]
 
 
 def numbers_of(
     floor: Floor, hall: Hall, robots: Sequence[HallRobot], day: int, minutes: float, linkage: float
 ) -> list[RobotInformation]:
-    return floor.robot_information(laps_of(hall, robots, day, minutes, linkage))
+    return floor.robot_information([lap_of(hall, robot, day, minutes, linkage) for robot in robots])
 
 
 def study(laps: Laps, days: int, say: Callable[[str], object]) -> tuple[Outcome, list[History]]:
@@ -296,11 +289,8 @@ def report(result: Outcome, hall: Hall) -> int:
             f"{1e3 * place.per_crossing:5.1f} mm a crossing, {place.crossings} crossings"
         )
     for missed, segments in result.missed:
-        counts = (
-            ""
-            if segments >= MIN_CROSSINGS
-            else f", which does not count: {MIN_CROSSINGS} segments or more would"
-        )
+        unseen = f", which does not count: {MIN_CROSSINGS} segments or more would"
+        counts = "" if segments >= MIN_CROSSINGS else unseen
         where = f"{missed.kind} at {missed.x:6.2f} {missed.y:6.2f}"
         print(f"  missed: {where}, size {missed.size:.4f}, {segments} segments over it{counts}")
     robot_days = result.judged

@@ -131,11 +131,7 @@ WHOLE, EVERY = "with all", "all but the first"
 
 
 def measure(recording: Recording, subsets: dict[str, IntArray]) -> dict[str, Result]:
-    """Return error and NEES along a drive without the hypotheses of each subset, by its name.
-
-    Raises:
-        LinkageChannelError: A channel of the linkage cannot be read.
-    """
+    """Return error and NEES along a drive without the hypotheses of each subset, by its name."""
     check_linkage(recording)
     filter_, judge = Filter(recording.vehicle), judge_of(recording)
     begun = filter_.start()
@@ -177,7 +173,6 @@ def tabulate(drives: dict[str, dict[str, Result]], names: list[str]) -> None:
 
 
 def main() -> None:
-    """Print the table after each world and seed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=[9001])
     parser.add_argument("--folder", type=Path, default=Path("build/tracking"))

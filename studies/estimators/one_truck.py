@@ -119,7 +119,6 @@ def measure(recording: Recording, fixes: Poses) -> dict[str, tuple[Array, float]
 
 
 def main() -> None:
-    """Print the table of all sets."""
     given = options(__doc__, {"folder": OPTIODOM}, period=10.0, wild=0.0, every=1)
     errors: dict[str, dict[str, list[tuple[Array, float]]]] = defaultdict(lambda: defaultdict(list))
     chance = np.random.default_rng(0)

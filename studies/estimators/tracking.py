@@ -113,11 +113,7 @@ def nees(judge: Judge, error: Array, time: Array, sigma: Array) -> float:
 
 
 def measure(what: str, recording: Recording) -> Row:
-    """Return what was measured of one case.
-
-    Raises:
-        LinkageChannelError: A channel of the linkage cannot be read.
-    """
+    """Return what was measured of one case; LinkageChannelError where a channel is unreadable."""
     judge = judge_of(recording)
     errors = {
         name: rms(errors_of(judge, recording.time, correct(recording, method=method).pose_a))
@@ -158,7 +154,6 @@ def summarise(rows: list[Row]) -> bool:
 
 
 def main() -> None:
-    """Print the table of each world."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("folder", type=Path, nargs="?", default=Path("build/tracking"))

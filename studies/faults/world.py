@@ -149,12 +149,7 @@ class World:
     # Frames
 
     def open(self, url: str, _bitrate: int | None = None) -> can.BusABC:
-        """Return the driver's adapter.
-
-        Raises:
-            BusError: The adapter is away.
-            PowerCut: The computer has no power.
-        """
+        """Return the driver's adapter; BusError where it is away, PowerCut without power."""
         self.check_power()
         if self.has_fault("adapter", "power"):
             raise BusError(url, "the adapter is away")

@@ -57,6 +57,10 @@ class Shaft:
             self.scale = 2 ** round(math.log2(self.scale * unit)) / unit
         self.busy = float(np.max(np.abs(self.rate))) + 1e-9
 
+    def curve(self, values: Array, factor: float, delay: float = 0.0) -> Curve:
+        """Return some values over the shaft's time as a function of times, times a factor and delayed [s]."""
+        return lambda times: factor * np.interp(times - delay, self.time, values)
+
     def position(self, bits: int, wrap: int | None = None, noise: float | None = None) -> Raw:
         random = self.random
         start = int(random.choice([0, int(random.integers(-3000, 3000)), int(random.integers(0, 2**31))]))
@@ -78,14 +82,8 @@ class Shaft:
         delay = random.choice([0.0, 0.004, 0.02])
         noise = random.choice([0.0, 0.003, 0.02]) * self.busy * unit + random.choice([0.0, 0.6])
 
-        at = sampled(
-            random,
-            lambda times: self.sign * unit * np.interp(times - delay, self.time, self.rate),
-            noise or 1e-9,
-            bits,
-            is_size=not signed,
-        )
-        return at, unit
+        path = self.curve(self.rate, self.sign * unit, delay)
+        return sampled(random, path, noise or 1e-9, bits, is_size=not signed), unit
 
 
 def sampled(
@@ -153,7 +151,7 @@ def values_of(random: Generator, entry: ODVariable, shaft: Shaft | None, session
     ):
         return Values(_flags(random, bits), "bits")
     if index in {0x603F, 0x1001, 0x6500, 0x6503, 0x6505, 0x2022, 0x60B9, 0x2082, 0x2085} or "status" in words:
-        return Values(_status_flags(random, bits), "bits")
+        return Values((_held if random.random() < 0.6 else _flags)(random, bits), "bits")
     if index == 0x2021 and subindex < 4 and bits == 16:
         return Values(_line(random, bits), "number")
     if bits == 1:
@@ -181,31 +179,21 @@ def _torque(random: Generator, shaft: Shaft, bits: int, signed: bool) -> Raw:
     load = np.gradient(shaft.rate, shaft.time)
     load = load / (np.max(np.abs(load)) + 1e-9) * 0.7 + 0.3 * np.tanh(shaft.rate / shaft.busy * 5)
     noise = size * random.choice([0.004, 0.02, 0.06])
-    return sampled(
-        random, lambda times: size * np.interp(times, shaft.time, load), noise, bits, is_size=not signed
-    )
+    return sampled(random, shaft.curve(load, size), noise, bits, is_size=not signed)
 
 
 def _acceleration(random: Generator, shaft: Shaft, bits: int) -> Raw:
     rate = np.gradient(shaft.rate, shaft.time)
     unit = 0.8 * 2 ** (bits - 1) / (np.max(np.abs(rate)) + 1e-9) * random.choice([0.01, 0.1, 1.0])
     noise, span = random.uniform(0.5, 3.0), 2 ** (bits - 1)
-    return sampled(
-        random,
-        lambda times: shaft.sign * unit * np.interp(times, shaft.time, rate),
-        noise,
-        bits,
-        (-span, span - 1),
-    )
+    return sampled(random, shaft.curve(rate, shaft.sign * unit), noise, bits, (-span, span - 1))
 
 
 def _following(random: Generator, shaft: Shaft, bits: int, signed: bool) -> Raw:
     lag = random.uniform(0.002, 0.02) * shaft.scale
     lag = min(lag, 0.6 * 2 ** (bits - 1) / shaft.busy)
     noise = random.uniform(0.5, 3.0)
-    return sampled(
-        random, lambda times: lag * np.interp(times, shaft.time, shaft.rate), noise, bits, is_size=not signed
-    )
+    return sampled(random, shaft.curve(shaft.rate, lag), noise, bits, is_size=not signed)
 
 
 def _hall(shaft: Shaft) -> Raw:
@@ -264,12 +252,6 @@ def _flags(random: Generator, bits: int) -> Raw:
         return _pack(words, bits)
 
     return at
-
-
-def _status_flags(random: Generator, bits: int) -> Raw:
-    if random.random() < 0.6:
-        return _held(random, bits)
-    return _flags(random, bits)
 
 
 def _held(random: Generator, bits: int) -> Raw:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -157,33 +157,17 @@ def score_meanings(bus: Bus, findings: Findings) -> Iterator[str]:
             yield "wheels: wrong"
         else:
             yield "wheels: right"
-            direction = "right" if wheel.forward == field_.sign else "wrong"
-            yield f"wheels: direction {direction if wheel.forward else 'not told'}"
-    for role in measured - set(names):
-        yield "wheels: not told" + (" (robot with no wheel told)" if not wheels else "")
-        del role
-    if len(wheels) == 4 and all(name in measured for name in names):
-        if None in {wheel.truck for wheel in wheels}:
-            yield "trucks: not told"
-        else:
-            pairs = [
-                {name[9] for name, wheel in zip(names, wheels, strict=True) if wheel.truck == k}
-                for k in (0, 1)
-            ]
-            yield "trucks: right" if all(len(pair) == 1 for pair in pairs) else "trucks: wrong"
-            sides = [
-                {name[11] for name, wheel in zip(names, wheels, strict=True) if wheel.side == k}
-                for k in (0, 1)
-            ]
-            if None in {wheel.side for wheel in wheels}:
-                yield "sides: not told"
-            else:
-                yield "sides: right" if all(len(side) == 1 for side in sides) else "sides: wrong"
-            front = findings.kinematics.front
-            if front is None:
-                yield "truck in front: not told"
-            else:
-                yield "truck in front: right" if pairs[front] == {"a"} else "truck in front: wrong"
+            yield f"wheels: direction {_said(bool(wheel.forward), wheel.forward == field_.sign)}"
+    not_told = "wheels: not told" + (" (robot with no wheel told)" if not wheels else "")
+    yield from [not_told] * len(measured - set(names))
+    if len(wheels) == 4 and measured.issuperset(names):
+        trucks = _grouped((wheel.truck, name[9]) for wheel, name in zip(wheels, names, strict=True))
+        sides = _grouped((wheel.side, name[11]) for wheel, name in zip(wheels, names, strict=True))
+        front = findings.kinematics.front
+        yield f"trucks: {_said(None not in trucks, [*map(len, trucks.values())] == [1, 1])}"
+        if None not in trucks:
+            yield f"sides: {_said(None not in sides, [*map(len, sides.values())] == [1, 1])}"
+            yield f"truck in front: {_said(front is not None, trucks.get(front) == {'a'})}"
     first = of(wheels[0].shaft.position.signal) if wheels else None
     for wheel, name in zip(wheels, names, strict=True):
         field_ = of(wheel.shaft.position.signal)
@@ -198,12 +182,21 @@ def score_meanings(bus: Bus, findings: Findings) -> Iterator[str]:
         kind = (
             "joint" if role.startswith("position joint") else "slider" if role == "position link" else "other"
         )
-        said = (
-            "not told" if other.role == "cannot tell" else "right" if other.role.startswith(kind) else "wrong"
-        )
-        yield f"{kind}: {said}"
+        yield f"{kind}: {_said(other.role != 'cannot tell', other.role.startswith(kind))}"
     yield from _score_speeds(findings, of)
     yield from _score_sending(bus, findings)
+
+
+def _said(is_told: bool, is_right: bool) -> str:
+    return ("right" if is_right else "wrong") if is_told else "not told"
+
+
+def _grouped(pairs: Iterable[tuple[int | None, str]]) -> dict[int | None, set[str]]:
+    """Return the true letters of wheels by the number that is said of them, None where none is."""
+    groups: dict[int | None, set[str]] = defaultdict(set)
+    for number, letter in pairs:
+        groups[number].add(letter)
+    return groups
 
 
 def _score_speeds(findings: Findings, of: Callable[[LearnedSignal], FieldTruth | None]) -> Iterator[str]:

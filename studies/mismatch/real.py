@@ -68,9 +68,7 @@ HUSKY_EVERY = 6  # one in so many windows is searched; the first look sees all
 def real_part(folder: Path, figures: Path | None) -> Iterator[Table | str]:
     """Yield what the tool finds in the real recordings that are there, and draw it where a folder is given.
 
-    Raises:
-        SourceError: The data are damaged.
-        PlotError: A figure cannot be written.
+    SourceError: the data are damaged; PlotError: a figure cannot be written.
     """
     for name in DATA:
         if not (folder / name).is_dir():

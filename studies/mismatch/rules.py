@@ -25,7 +25,7 @@ from omnimate.vehicle.errors import OmnimateError
 from studies.mismatch import run
 from studies.mismatch.run import Answer, Answers, Question, answered
 from studies.mismatch.scoring.judging import ASSERTED, asserted, names_of
-from studies.mismatch.scoring.score import Line, rows
+from studies.mismatch.scoring.score import rows
 from studies.mismatch.worlds.registry import chosen
 from studies.mismatch.worlds.world import Label, Request
 
@@ -127,24 +127,15 @@ def ask_without(asked: tuple[str, Question]) -> Answer:
 
 
 def table(labels: Mapping[str, Label], answers: Mapping[str, Answers]) -> Table:
-    """Return a line for each rule: in how many cases it asserts something else, and the score without it.
-
-    Args:
-        labels: Of all cases, by name.
-        answers: To all cases, by what is left out.
-    """
+    """Return a line for each rule that is left out: how many cases assert something else, and the score."""
     shown = new_table(f"What each rule earns in {len(labels)} cases", ("without",), ("other names", *SHOWN))
     whole = answers[WHOLE]
     for rule, its in answers.items():
         lines = {line.name: line for line in rows(labels, its)}
         pairs = [[asserted(each[case], ASSERTED) for each in (its, whole)] for case in labels]
         other = sum(names_of(findings) != names_of(others) for findings, others in pairs)
-        shown.add_row(rule, str(other), *(_cell(lines[name]) for name in SHOWN))
+        shown.add_row(rule, str(other), *(lines[name].text.replace(" of ", "/") for name in SHOWN))
     return shown
-
-
-def _cell(line: Line) -> str:
-    return line.text.replace(" of ", "/")
 
 
 def rules(

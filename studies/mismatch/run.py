@@ -26,11 +26,7 @@ Tool = Callable[[Sequence[Recording]], Diagnosis]
 
 
 def recordings_of(question: Question) -> list[Recording]:
-    """Return the recordings of a case.
-
-    Raises:
-        OmnimateError: One of them cannot be read.
-    """
+    """Return the recordings of a case; OmnimateError where one of them cannot be read."""
     folder, label = question
     return [load_recording(folder / name) for name in label["recordings"]]
 
@@ -61,11 +57,6 @@ Asked = TypeVar("Asked")
 Reply = TypeVar("Reply")
 
 
-def _pool(jobs: int) -> ProcessPoolExecutor:
-    """Return a pool of processes that use one thread each for matrices, as all cores are busy already."""
-    return ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,))
-
-
 def ask_all(
     ask: Callable[[Asked], Reply],
     questions: Mapping[str, Asked],
@@ -79,7 +70,8 @@ def ask_all(
     """
     answers: dict[str, Reply] = {} if kept is None else _known(kept)
     waiting = {name: question for name, question in questions.items() if name not in answers}
-    with _pool(jobs) as pool:
+    # one thread each for matrices, as all cores are busy already
+    with ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool:
         for name, answer in zip(waiting, pool.map(ask, waiting.values()), strict=True):
             answers[name] = answer
             report(len(answers), len(questions))

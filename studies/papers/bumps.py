@@ -41,9 +41,7 @@ def bump_drive(
     """Return a straight drive in line over one bump under truck a's right wheel, all else being perfect.
 
     The wheel loses some travel [m] on the bump; speed is in m/s, the travel before and after it in m.
-
-    Raises:
-        NoLinkageError: The robot has a single truck.
+    NoLinkageError: the robot has a single truck.
     """
     if vehicle.linkage is None:
         raise NoLinkageError(vehicle.name)

@@ -176,8 +176,7 @@ def _annotate_growth(heading: Axes, lateral: Axes, growth: Growth) -> None:
 def draw_all(folder: Path) -> Iterator[Path]:
     """Draw all figures into a folder, which is made if need be; yield each file's path when it is written.
 
-    Raises:
-        PlotError: the folder or a file cannot be written.
+    PlotError: the folder or a file cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -26,6 +26,8 @@ from studies.papers.rows import Row, at_least, at_most, drawn, explained, judged
 # project runs: CLAPPER which leaves alone what lies within a step of the joint encoder.
 Estimator = Literal["plain", "CLAPPER", "OmniMate", "dead band", "filter", "smoother"]
 ESTIMATORS: tuple[Estimator, ...] = get_args(Estimator)
+BUDGETED: tuple[Estimator, ...] = ("plain", "CLAPPER", "OmniMate")
+Errors = dict[Estimator, Array]
 
 # C 6: "to within +-2 millimeters", "about +-0.25 degrees"; O 3.2: +-3 mm beside, +-0.2 degrees. Bounds, not
 # standard deviations: with 0.2 degrees of deviation, O's worst of ten laps would be 0.6 degrees and not 0.4.
@@ -35,17 +37,13 @@ CLAPPER_SONAR = np.array([0.002, 0.002, math.radians(0.25)])
 OMNIMATE_SONAR = np.array([0.003, 0.003, math.radians(0.2)])
 
 
-def return_errors(
-    recording: Recording,
-    sonar: Array,
-    seed: int,
-    estimators: tuple[Estimator, ...] = ESTIMATORS,
-    without: Term = "nothing",
-) -> dict[Estimator, Array]:
+def return_errors(recording: Recording, sonar: Array, seed: int, without: Term = "nothing") -> Errors:
     """Return the return errors `(L, 3)` of each estimator, measured with a sonar of half widths `(3,)`.
 
     Each estimate is compared lap by lap, from the fix before to the fix after it; no estimator is given more.
+    For the error budget those of the papers alone run.
     """
+    estimators = ESTIMATORS if without == "nothing" else BUDGETED
     seen = measured(recording, sonar if without != "sonar" else 1e-9 * sonar, seed)
     prior = UNCALIBRATED if recording.vehicle.name == "omnimate" else LEFT_BEHIND
     return {name: lap_errors(recording, path_of(recording, name, seen, prior), seen) for name in estimators}
@@ -54,14 +52,10 @@ def return_errors(
 def path_of(recording: Recording, name: Estimator, seen: Poses, prior: Prior) -> Array:
     """Return the path `(N, 3)` of truck a by an estimator, from the first fix on."""
     start = seen.pose[0]
-    if name == "plain":
-        return correct(recording, start, method="plain").pose_a
-    if name == "dead band":
-        return correct(recording, start, method="clapper").pose_a
-    if name == "CLAPPER":
-        return as_derived(recording, start, "clapper")
-    if name == "OmniMate":
-        return as_derived(recording, start, "omnimate")
+    if name in {"plain", "dead band"}:
+        return correct(recording, start, method="plain" if name == "plain" else "clapper").pose_a
+    if name in {"CLAPPER", "OmniMate"}:
+        return as_derived(recording, start, "clapper" if name == "CLAPPER" else "omnimate")
     run = estimate if name == "filter" else smooth
     return run(recording, start, seen.sigma[0], prior=prior).pose_a
 
@@ -91,11 +85,9 @@ def sizes(errors: Array) -> tuple[Array, Array]:
     return 1e3 * np.hypot(errors[..., 0], errors[..., 1]), np.degrees(np.abs(errors[..., 2]))
 
 
-Errors = dict[Estimator, Array]
 # The values of a figure of each robot `(n,)` without one cause of error.
 Figure = Callable[[Term], Array]
 
-BUDGETED: tuple[Estimator, ...] = ("plain", "CLAPPER", "OmniMate")
 # O Table I: with and without IPEC; whether a position [mm] or a heading [degrees].
 TABLE_I = (
     ("r_cg, no bumps [mm]", 25.0, 205.0),
@@ -215,7 +207,7 @@ def _turned(errors: Errors) -> float:
 def straight_errors(seed: int, bumps: int, without: Term = "nothing") -> Errors:
     """Return the return errors `(3, 3)` of C 6.1 by estimator."""
     drive = straight(seed, bumps, without)
-    return return_errors(drive, CLAPPER_SONAR, seed, estimators(without), without)
+    return return_errors(drive, CLAPPER_SONAR, seed, without)
 
 
 @cache
@@ -224,32 +216,21 @@ def rectangle_errors(seed: int, bumps: int, without: Term = "nothing") -> Errors
     runs = 10 if bumps else 5
     cw, ccw = (
         return_errors(
-            rectangle(seed, way, runs, bumps, without),
-            CLAPPER_SONAR,
-            2 * seed + (way == "cw"),
-            estimators(without),
-            without,
+            rectangle(seed, way, runs, bumps, without), CLAPPER_SONAR, 2 * seed + (way == "cw"), without
         )
         for way in ("cw", "ccw")
     )
     return {name: np.concatenate([cw[name], ccw[name]]) for name in cw}
 
 
-def estimators(without: Term) -> tuple[Estimator, ...]:
-    """Return the estimators that run: for the budget, those of the papers alone."""
-    return ESTIMATORS if without == "nothing" else BUDGETED
-
-
 @cache
-def lap_errors_of(seed: int, way: Turning, without: Term = "nothing") -> dict[Estimator, Array]:
+def lap_errors_of(seed: int, way: Turning, without: Term = "nothing") -> Errors:
     """Return the return errors `(10, 3)` of O 3 by estimator."""
-    return return_errors(
-        laps(seed, way, without), OMNIMATE_SONAR, 2 * seed + (way == "cw"), estimators(without), without
-    )
+    return return_errors(laps(seed, way, without), OMNIMATE_SONAR, 2 * seed + (way == "cw"), without)
 
 
 @cache
-def columns_of(seed: int, without: Term = "nothing") -> dict[Estimator, Array]:
+def columns_of(seed: int, without: Term = "nothing") -> Errors:
     """Return the columns `(8,)` of O Table I of one robot."""
     cw, ccw = lap_errors_of(seed, "cw", without), lap_errors_of(seed, "ccw", without)
     return {name: _table_i(cw[name], ccw[name], 9 if name == "plain" else 10) for name in cw}

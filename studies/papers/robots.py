@@ -41,11 +41,6 @@ def clapper() -> VehicleParameters:
     return replace(robot, name="clapper", bus=replace(robot.bus, sync_period=0.040))
 
 
-def omnimate() -> VehicleParameters:
-    """Return the OmniMate of O 3: 15 ms."""
-    return reference_vehicle()
-
-
 def fine() -> VehicleParameters:
     """Return a robot whose joints and link have a very fine resolution."""
     robot = with_joints(reference_vehicle(), 2**24)
@@ -161,7 +156,7 @@ def laps(seed: int, direction: Turning, without: Term = "nothing") -> Recording:
     bumps: tuple[Bump, ...] = ()
     for wheel, count, lap in plan:
         bumps += bumps_under(wheel, count, 1.0, 15.0, lap=lap, height=_CABLE)
-    robot = without_steps(omnimate(), without)
+    robot = without_steps(reference_vehicle(), without)
     truth = uncalibrated_truth(robot, bumps + _at_random(2 * seed + (direction == "cw")), seed, without)
     directions: list[Direction] = [direction] * 10
     return simulate(robot, truth, rounded_rectangle(3.25, 6.0, directions))
@@ -179,4 +174,4 @@ def _at_random(seed: int) -> tuple[Bump, ...]:
 
 
 def _channel(truck: str, side: str) -> Channel:
-    return next(wheel for wheel in WHEELS if wheel == f"{truck}.{side}")
+    return WHEELS[2 * "ab".index(truck) + (side == "right")]

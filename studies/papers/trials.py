@@ -125,10 +125,8 @@ def free_coverage(trial: Trial, count: int, seed: int = 0) -> tuple[float, int]:
 
     The robot drives the squares on the simulator's floor, and its sonar gives a fix at each start and return.
     The fit has the wheelbase, both diameters, the reference's pose on the robot, its delay, the floor's
-    roughness and the fixes' noise; what the drive does not tell, the fit itself holds.
-
-    Returns:
-        Share of the 95 % intervals that contain the truth, and the number of fits: some find no solution.
+    roughness and the fixes' noise; what the drive does not tell, the fit itself holds. Returned are the share
+    of the 95 % intervals that contain the truth, and the number of fits: some find no solution.
     """
     robot = reference_single()
     true = with_errors(robot, {"a": trial.e_b}, {"a": trial.e_d})

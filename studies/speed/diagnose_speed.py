@@ -51,7 +51,6 @@ def measured(samples: int) -> str:
 
 
 def main() -> None:
-    """Print a line for every length."""
     given = options(__doc__, samples=20_000, doublings=2)
     lengths = [given.samples * 2**number for number in range(given.doublings + 1)]
     with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:

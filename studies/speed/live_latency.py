@@ -18,6 +18,8 @@ import sys
 import tempfile
 import time
 from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import can
@@ -39,40 +41,32 @@ PACE_TARGET = 30.0  # times real time at 15 ms
 LATENCY_SAMPLES, PACE_SAMPLES, ROUNDS = 2000, 3000, 3
 
 
-class Robot:
-    """A simulated vehicle and its driver, configured and enabled, on their bus."""
-
-    def __init__(
-        self,
-        vehicle: VehicleParameters,
-        clock: Clock,
-        recorder: Recorder | None = None,
-        *,
-        one_thread: bool = False,
-    ) -> None:
-        channel = f"benchmark-{time.monotonic_ns()}"
-        plant = Plant(Truth(vehicle), vehicle)
-        self._theirs: can.BusABC
-        self._ours: can.BusABC
-        if one_thread:
-            self._ours = self._theirs = coupled = CoupledBus(vehicle, plant)
-            self.vehicle = coupled.simulated
-        else:
-            self._ours, self._theirs = open_bus(f"virtual://{channel}"), open_bus(f"virtual://{channel}")
-            self.vehicle = SimulatedVehicle(vehicle, plant, self._theirs)
-            self.vehicle.start()
-        self.driver = Driver(vehicle, self._ours, clock=clock, recorder=recorder)
-        self.driver.configure()
-        self.driver.enable()
-
-    def __enter__(self) -> Driver:
-        return self.driver
-
-    def __exit__(self, *_error: object) -> None:
-        self.driver.close()
-        self.vehicle.stop()
-        self._ours.shutdown()
-        self._theirs.shutdown()
+@contextmanager
+def robot(
+    vehicle: VehicleParameters, clock: Clock, recorder: Recorder | None = None, *, one_thread: bool = False
+) -> Iterator[Driver]:
+    """Yield the driver of a simulated vehicle, configured and enabled, on their bus."""
+    plant = Plant(Truth(vehicle), vehicle)
+    ours: can.BusABC
+    theirs: can.BusABC
+    if one_thread:
+        ours = theirs = coupled = CoupledBus(vehicle, plant)
+        simulated = coupled.simulated
+    else:
+        channel = f"virtual://benchmark-{time.monotonic_ns()}"
+        ours, theirs = open_bus(channel), open_bus(channel)
+        simulated = SimulatedVehicle(vehicle, plant, theirs)
+        simulated.start()
+    driver = Driver(vehicle, ours, clock=clock, recorder=recorder)
+    driver.configure()
+    driver.enable()
+    try:
+        yield driver
+    finally:
+        driver.close()
+        simulated.stop()
+        ours.shutdown()
+        theirs.shutdown()
 
 
 class StampedClock(WallClock):
@@ -110,7 +104,7 @@ def latencies(vehicle: VehicleParameters) -> list[float]:
     """Return the time from SYNC to sample of each cycle [ms]."""
     clock = StampedClock(vehicle.bus.sync_period)
     spent = []
-    with Robot(vehicle, clock) as driver:
+    with robot(vehicle, clock) as driver:
         for _ in range(LATENCY_SAMPLES):
             driver.cycle()  # where a PDO is missing, the whole window counts
             spent.append((time.perf_counter() - clock.sent) * 1e3)
@@ -139,7 +133,7 @@ def pace(
 ) -> float:
     """Return how many times real time driver and vehicle go through the bus."""
     period = vehicle.bus.sync_period
-    with Robot(vehicle, SyncClock(period), recorder, one_thread=one_thread) as driver:
+    with robot(vehicle, SyncClock(period), recorder, one_thread=one_thread) as driver:
         start = time.perf_counter()
         for number in range(PACE_SAMPLES):
             if commands:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 import can
@@ -40,26 +39,13 @@ def write_log(path: Path, count: int) -> None:
                 file.write(f"({time_stamp:.6f}) can0 18{place}#{payloads[index]:0{width}X}\n")
 
 
-def ours(path: Path) -> int:
-    return len(read_log(path).frames)
-
-
-def python_can(path: Path) -> int:
-    return sum(1 for _ in can.CanutilsLogReader(path))
-
-
-def rate(reader: Callable[[Path], int], path: Path, frames: int) -> float:
-    """Return the best of some rounds [frames/s]."""
-    return frames / best(lambda: reader(path), ROUNDS)
-
-
 def main() -> int:
     count = options(__doc__, {"frames": FRAMES}).frames
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "can.log"
         write_log(path, count)
-        theirs = rate(python_can, path, count)
-        mine = rate(ours, path, count)
+        theirs = count / best(lambda: sum(1 for _ in can.CanutilsLogReader(path)), ROUNDS)  # [frames/s]
+        mine = count / best(lambda: read_log(path), ROUNDS)
     print(f"candump log of {count} frames")
     print(f"  python-can CanutilsLogReader {theirs / 1e6:8.3f} million frames/s")
     print(f"  omnimate.files.logs.read_log       {mine / 1e6:8.3f} million frames/s")

@@ -41,13 +41,6 @@ PATIENCE = 5.0  # [s] without another frame after which those that are missing c
 MOST_CORES = 1.0
 
 
-def drive() -> Recording:
-    """A drive whose frames are sent."""
-    vehicle = reference_vehicle()
-    program = paths.umbmark(2.0, 1, link_length=1.0)
-    return simulate(vehicle, Truth(vehicle, seed=1), program)
-
-
 class Sender(threading.Thread):
     """Sends frames onto a bus at a rate, in bursts."""
 
@@ -127,7 +120,8 @@ def notified(messages: list[can.Message], seconds: float) -> tuple[float, int, i
 
 def main() -> int:
     seconds = options(__doc__, {"seconds": SECONDS}).seconds
-    recording = drive()
+    vehicle = reference_vehicle()
+    recording = simulate(vehicle, Truth(vehicle, seed=1), paths.umbmark(2.0, 1, link_length=1.0))
     messages = [message_of_frame(frame) for frame in frames_of_recording(recording)]
     peer, peer_sent, peer_received = notified(messages, seconds)
     cores, sent, received = asyncio.run(monitored(recording, messages, seconds))

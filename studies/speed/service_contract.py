@@ -67,7 +67,6 @@ def make_key(folder: Path, database: str) -> str:
 
 
 def main() -> None:
-    """Print what schemathesis prints."""
     given = options(__doc__, examples=50, phases="examples,coverage,fuzzing,stateful")
     failed = False
     for keyed in (False, True):

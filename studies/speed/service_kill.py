@@ -21,6 +21,7 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import httpx2
 from rich.progress import track
@@ -69,9 +70,8 @@ class Client:
         method: str,
         path: str,
         *expected: int,
-        json: Mapping[str, object] | None = None,
-        content: str | bytes | None = None,
         headers: Mapping[str, str] | None = None,
+        **body: Any,  # noqa: ANN401  # `json` or `content` of httpx
     ) -> httpx2.Response:
         """Return the first answer other than 503; an unexpected one is a problem."""
         headers = {"Idempotency-Key": secrets.token_hex(8), **(headers or {})}
@@ -79,9 +79,7 @@ class Client:
         while time.monotonic() < end:
             url = self.chance.choice(self.services).url
             try:
-                answer = self.http.request(
-                    method, f"{url}{path}", json=json, content=content, headers=headers
-                )
+                answer = self.http.request(method, f"{url}{path}", headers=headers, **body)
             except httpx2.TransportError:
                 time.sleep(0.02)
                 continue
@@ -247,7 +245,6 @@ def _load_and_kill(
 
 
 def main() -> None:
-    """Print what was lost."""
     given = options(__doc__, kills=200, services=1, database=None)
     with tempfile.TemporaryDirectory() as folder:
         database = given.database or f"sqlite:///{folder}/service.db"

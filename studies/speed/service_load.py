@@ -199,7 +199,6 @@ def words(durations: list[float]) -> str:
 
 
 def main() -> None:
-    """Print what was measured."""
     given = options(
         __doc__,
         seconds=20.0,

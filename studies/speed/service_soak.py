@@ -26,11 +26,11 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Coroutine, Mapping, Sequence
+from collections.abc import Coroutine, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import httpx2
 import numpy as np
@@ -125,14 +125,11 @@ def forkserver_of(service: psutil.Process) -> psutil.Process | None:
 
 def measured(role: str, process: psutil.Process | None) -> Row:
     """Return resident memory [MB], open handles and threads of a process; zeros where it has just ended."""
-    try:
-        if process is not None:
-            with process.oneshot():
-                found = process.memory_info().rss / 1e6, process.num_fds(), process.num_threads()
-            return {f"{role}_{name}": float(value) for name, value in zip(BOUNDS, found, strict=True)}
-    except psutil.Error:
-        pass
-    return dict.fromkeys((f"{role}_{name}" for name in BOUNDS), 0.0)
+    found: tuple[float, ...] = (0.0,) * len(BOUNDS)
+    if process is not None:
+        with suppress(psutil.Error), process.oneshot():
+            found = process.memory_info().rss / 1e6, process.num_fds(), process.num_threads()
+    return {f"{role}_{name}": float(value) for name, value in zip(BOUNDS, found, strict=True)}
 
 
 def processes(root: psutil.Process) -> Row:
@@ -155,38 +152,26 @@ def percentiles(kind: str, durations: Sequence[float]) -> Row:
 
 @dataclass
 class Load:
-    """Clients of one service.
-
-    Attributes:
-        answers: Number of answers by call and status; 0 is a connection that broke.
-        events: Number of `state` events that listeners got.
-    """
+    """Clients of one service."""
 
     url: str
     recording: bytes
     interval: float
     chance: random.Random = field(default_factory=lambda: random.Random(0))
+    # number of answers by call and status; 0 is a connection that broke
     answers: Counter[tuple[str, int]] = field(default_factory=Counter)
-    events: int = 0
+    events: int = 0  # `state` events that listeners got
     broken_off: int = 0
     http: httpx2.AsyncClient = field(init=False)
 
     def __post_init__(self) -> None:
         self.http = httpx2.AsyncClient(base_url=self.url, timeout=60.0)
 
-    async def send(
-        self,
-        method: str,
-        path: str,
-        *,
-        json: Mapping[str, object] | None = None,
-        content: bytes | None = None,
-        headers: Mapping[str, str] | None = None,
-    ) -> httpx2.Response | None:
+    async def send(self, method: str, path: str, **content: Any) -> httpx2.Response | None:  # noqa: ANN401
         """Return the answer to a call, None where the connection broke; both are counted."""
         name = f"{method} {'/'.join(path.split('?', 1)[0].split('/')[:3])}"
         try:
-            answer = await self.http.request(method, path, json=json, content=content, headers=headers)
+            answer = await self.http.request(method, path, **content)
         except httpx2.TransportError:
             self.answers[name, 0] += 1
             return None
@@ -288,16 +273,7 @@ class Load:
 async def soak(
     service: Service, load: Load, database: Path, seconds: float, rates: tuple[float, float], listeners: int
 ) -> list[Row]:
-    """Return a row for each interval of a service under load.
-
-    Args:
-        service: The service.
-        load: Its clients.
-        database: File of its database.
-        seconds: Duration.
-        rates: Reads and posts a second.
-        listeners: Readers of the stream at a time.
-    """
+    """Return a row for each interval of a service under load, for some reads and posts a second (`rates`)."""
     root, began, rows = psutil.Process(service.process.pid), time.monotonic(), list[Row]()
     others: list[Coroutine[None, None, None]] = [load.listen() for _ in range(listeners)]
     others += [load.upload(), load.break_off(), load.diagnose(), load.drive()]

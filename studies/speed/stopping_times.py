@@ -52,10 +52,6 @@ SPEED = 4.0  # [rad/s]
 MOVING = 10_000.0  # [counts/s] of a drive that has begun its program
 
 
-def lose_power(drive: ForeignDrive) -> None:
-    drive.power_off()
-
-
 def block(drive: ForeignDrive) -> None:
     drive.is_blocked = True
 
@@ -67,7 +63,7 @@ CAUSES: dict[str, Callable[[ForeignDrive], None]] = {
     "boot-up": lambda drive: drive.reset(),
     "NMT pre-operational": lambda drive: setattr(drive, "state", PRE_OPERATIONAL),
     "NMT stopped": lambda drive: setattr(drive, "state", STOPPED),
-    "no power: heartbeat lost": lose_power,
+    "no power: heartbeat lost": lambda drive: drive.power_off(),
     "wheel commanded and stands": block,
 }
 

@@ -25,7 +25,6 @@ WANTED = 0.3  # [s]
 
 
 def main() -> None:
-    """Print the times and their ratios."""
     given = options(__doc__, {"rounds": 7}, samples=20_000)
     lap = simulated(1)
     triage([lap])

@@ -98,19 +98,10 @@ class OptiOdomError(SourceError):
     """A folder that is not the OptiOdom set that was expected, or a damaged file in it."""
 
 
-def is_optiodom(folder: Path) -> bool:
-    """Return whether a folder looks like an OptiOdom set."""
-    return any(folder.glob("*_metadata.csv"))
-
-
 def find_sets(root: Path | str) -> tuple[Path, ...]:
-    """Return the folders of all sets under a root, in order.
-
-    Raises:
-        OptiOdomError: There is none.
-    """
+    """Return the folders of all sets under a root, in order; OptiOdomError where there is none."""
     root = Path(root)
-    folders = sorted({file.parent for file in root.rglob("*_metadata.csv") if is_optiodom(file.parent)})
+    folders = sorted({file.parent for file in root.rglob("*_metadata.csv")})
     if not folders:
         raise OptiOdomError(
             root, "no *_metadata.csv under it; expected folders such as diff/square/230620202042"
@@ -119,11 +110,7 @@ def find_sets(root: Path | str) -> tuple[Path, ...]:
 
 
 def read_metadata(folder: Path) -> dict[str, list[str]]:
-    """Return the cells of a folder's metadata by their keys.
-
-    Raises:
-        OptiOdomError: There is no such file, there are several, or it cannot be read.
-    """
+    """Return the cells of a folder's metadata by their keys; OptiOdomError without one file that is read."""
     files = sorted(folder.glob("*_metadata.csv"))
     if len(files) != 1:
         raise OptiOdomError(folder, f"{len(files)} files *_metadata.csv; expected one")
@@ -135,11 +122,7 @@ def read_metadata(folder: Path) -> dict[str, list[str]]:
 
 
 def read_numbers(folder: Path, metadata: dict[str, list[str]], key: str, count: int) -> list[float]:
-    """Return the first `count` numbers of a key, which must be positive.
-
-    Raises:
-        OptiOdomError: There are fewer positive numbers.
-    """
+    """Return the first `count` numbers of a key; OptiOdomError where fewer are positive."""
     cells = metadata.get(key, [])[:count]
     try:
         values = [float(cell) for cell in cells]
@@ -152,11 +135,7 @@ def read_numbers(folder: Path, metadata: dict[str, list[str]], key: str, count: 
 
 
 def read_rows(path: Path) -> Array:
-    """Return the rows `(N, 6)` of a run.
-
-    Raises:
-        OptiOdomError: The file is damaged.
-    """
+    """Return the rows `(N, 6)` of a run; OptiOdomError where the file is damaged."""
     try:
         rows = np.loadtxt(path, delimiter=",", ndmin=2, dtype=np.float64)
     except (OSError, EOFError, ValueError) as error:
@@ -181,11 +160,7 @@ class DriveSet:
 
 
 def read_set(folder: Path | str) -> DriveSet:
-    """Return the runs of an OptiOdom folder.
-
-    Raises:
-        OptiOdomError: The folder is not an OptiOdom set, or a file in it is damaged.
-    """
+    """Return the runs of a folder; OptiOdomError where it is no set, or a file in it is damaged."""
     folder = Path(folder).resolve()
     metadata = read_metadata(folder)
     ticks = math.prod(read_numbers(folder, metadata, key, 1)[0] for key in ("ngear", "encRes"))
@@ -228,9 +203,7 @@ _PERIOD = 0.05  # [s] of the robot's cycle
 def each_recording(folder: Path | str) -> Iterator[tuple[str, Recording]]:
     """Yield every run under a folder with its name, such as `diff/square/230620202042/run-01`.
 
-    Raises:
-        OptiOdomError: There is no set, or a set is damaged.
-        SourceError: All sets are of the tricycle.
+    OptiOdomError where there is no set or one is damaged, SourceError where all are of the tricycle.
     """
     sets, tricycles = differential_sets(folder)
     if not sets:
@@ -244,11 +217,7 @@ def each_recording(folder: Path | str) -> Iterator[tuple[str, Recording]]:
 
 
 def differential_sets(folder: Path | str) -> tuple[list[Path], list[Path]]:
-    """Return the sets of the differential robot under a folder, and those of other robots.
-
-    Raises:
-        OptiOdomError: There is no set.
-    """
+    """Return the sets of the differential robot under a folder, and those of others; as `find_sets`."""
     sets = find_sets(folder)
     differential = [path for path in sets if read_metadata(path).get("type", [""])[0] == "diff"]
     return differential, [path for path in sets if path not in differential]

@@ -43,9 +43,7 @@ class SquareSet(NamedTuple):
 def experiment_of_optiodom(folder: Path | str, side: float | None = None) -> Experiment:
     """Return the experiment of an OptiOdom folder; `side` [m] stands in for that of its metadata.
 
-    Raises:
-        OptiOdomError: The folder is not a set of squares of the differential robot.
-        DirectionError: A direction is missing, or a run is not one square.
+    DirectionError where a direction is missing or a run is not one square; OptiOdomError as `read_squares`.
     """
     truck, stated, runs = read_squares(folder)
     return experiment_of_runs(str(folder), truck, stated if side is None else side, runs)
@@ -54,10 +52,8 @@ def experiment_of_optiodom(folder: Path | str, side: float | None = None) -> Exp
 def read_squares(folder: Path | str) -> SquareSet:
     """Return the square runs of an OptiOdom folder of the differential robot.
 
-    The direction of each run follows from its wheels and not from the order of the set.
-
-    Raises:
-        OptiOdomError: The folder is not a set of squares, or a file in it is damaged.
+    The direction of each run follows from its wheels and not from the order of the set. OptiOdomError where
+    the folder is no such set, or a file in it is damaged.
     """
     folder = Path(folder)
     metadata = read_metadata(folder)
@@ -113,11 +109,7 @@ class RobotScores:
 
 
 def score_optiodom(root: Path | str) -> tuple[RobotScores, ...]:
-    """Return the scores of every robot under a root that has squares.
-
-    Raises:
-        OptiOdomError: There is no set of squares, or a set is damaged.
-    """
+    """Return the scores of every robot under a root that has squares; OptiOdomError where none has."""
     folders = find_sets(root)
     robots: dict[str, list[tuple[Path, DriveSet]]] = {}
     for folder in folders:

@@ -25,12 +25,11 @@ from studies.mismatch.engines.faults import (
     travelled,
 )
 from studies.mismatch.engines.laws import counted_share, of_age
-from studies.mismatch.engines.programmes import Lap, commands
+from studies.mismatch.engines.programmes import Lap, commands, wheel_ways
 from studies.mismatch.engines.vocabulary import LINKAGE, WHEELS, Array
 from studies.mismatch.engines.writing import Log, Robot
 
 SUBSTEPS, LONGEST = 4, 0.005  # least substeps of a sample period, and their longest duration [s]
-ALIGN = 1.5  # [1/s], gain with which truck b turns into the link; it lags behind in turns
 HOLD = 0.4  # [1/s], gain with which truck b keeps the link's length
 
 
@@ -79,25 +78,14 @@ class _Engine:
 
     def advance(self, wanted: Array, now: float) -> None:
         span = self.robot.period / self.substeps
-        target = self._wheel_speeds(wanted)
+        robot = self.robot
+        linkage = self._linkage() if robot.trucks == 2 else ()
+        speed, turn = map(float, wanted)
+        target = wheel_ways(robot.wheelbase, speed, turn, linkage, (robot.steady, HOLD, robot.length))
         rate = (target - self.speed) / self.robot.period
         for substep in range(self.substeps):
             self.speed = self.speed + rate * span
             self._step(rate, now + (substep + 1) * span, span)
-
-    def _wheel_speeds(self, wanted: Array) -> Array:
-        """Return the speeds of all wheels [m/s]: truck a follows the programme, truck b the linkage."""
-        half, turn = 0.5 * self.robot.wheelbase[0], wanted[1]
-        if self.robot.trucks == 2:
-            joint_a, joint_b, length = self._linkage()
-            turn += self.robot.steady * min(wanted[0], 0.0) * joint_a
-        speeds = [wanted[0] - half * turn, wanted[0] + half * turn]
-        if self.robot.trucks == 2:
-            forward = wanted[0] * math.cos(joint_a) + HOLD * (length - self.robot.length)
-            rate = -ALIGN * joint_b
-            half = 0.5 * self.robot.wheelbase[1]
-            speeds += [forward - half * rate, forward + half * rate]
-        return np.array(speeds)
 
     def _linkage(self) -> tuple[float, float, float]:
         gap = self.pose[0, :2] - self.pose[1, :2]
@@ -113,16 +101,9 @@ class _Engine:
             before, after = float(self.counted[wheel]), float(self.counted[wheel]) + turn
             self.angle[wheel] += turn
             self.counted[wheel] += turn * self._kept(wheel)
-            step = WheelStep(
-                rolled,
-                (before, after),
-                float(self.speed[wheel]),
-                float(rate[wheel]),
-                now,
-                span,
-                WHEELS[wheel],
-                self._place(wheel),
-            )
+            speeds = float(self.speed[wheel]), float(rate[wheel])
+            place = self._place(wheel)
+            step = WheelStep(rolled, (before, after), *speeds, now, span, WHEELS[wheel], place)
             way = rolled
             for fault in self.faults:
                 if touches(fault, WHEELS[wheel]):

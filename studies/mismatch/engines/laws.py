@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -40,12 +41,16 @@ def altered(drive: Drive, effect: str, component: str, parameters: Parameters) -
         return replace(drive, poses=aged)
     if component in LINKAGE:
         channel = LINKAGE.index(component)
-        if effect in OF_LINKAGE:
-            return drive.with_reading(channel, OF_LINKAGE[effect](drive, channel, parameters))
         own, joint_a = drive.reading[:, channel], drive.reading[:, 0]
-        return drive.with_reading(channel, reading_of(effect, parameters, own, joint_a, drive.rest))
+        if effect in {"latency", "clock_drift"}:
+            shown = of_age(own, drive.time, parameters)
+        elif effect == "joint_backlash":
+            shown = _through_backlash(own, parameters["width"])
+        else:
+            shown = reading_of(effect, parameters, own, joint_a, drive.rest)
+        return drive.with_reading(channel, shown)
     if effect in OF_TRUCKS:
-        return _wider(drive, TRUCKS.index(component), OF_TRUCKS[effect], parameters)
+        return _wider(drive, effect, TRUCKS.index(component), parameters)
     if effect in OF_BODIES:
         truck = TRUCKS.index(component)
         kicks = effect == "castor_kick"
@@ -97,17 +102,12 @@ def counted_share(parameters: Parameters, speed: Value) -> Value:
     return np.where(abs(speed) > parameters["above"], 1.0 - parameters["fraction"], 1.0)
 
 
-def _scaled(effect: str) -> Callable[[Drive, int, Parameters], Array]:
-    """Return the law of the rolled way of a wheel with an effect of `SCALED`."""
+def _scaled(effect: str, drive: Drive, wheel: int, parameters: Parameters) -> Array:
+    def law(way: Array, steps: Array) -> Array:
+        speed, _ = rates(way, drive.time)
+        return np.asarray(steps / rolling_ratio(effect, parameters, speed, drive.time[1:]))
 
-    def law(drive: Drive, wheel: int, parameters: Parameters) -> Array:
-        def steps_of(way: Array, steps: Array) -> Array:
-            speed, _ = rates(way, drive.time)
-            return np.asarray(steps / rolling_ratio(effect, parameters, speed, drive.time[1:]))
-
-        return _rolled(drive, wheel, steps_of)
-
-    return law
+    return _rolled(drive, wheel, law)
 
 
 def _traction_slip(drive: Drive, wheel: int, parameters: Parameters) -> Array:
@@ -118,14 +118,6 @@ def _traction_slip(drive: Drive, wheel: int, parameters: Parameters) -> Array:
         return np.asarray(steps + parameters["compliance"] * acceleration * np.abs(speed) * period)
 
     return _rolled(drive, wheel, law)
-
-
-def _wheel_eccentricity(drive: Drive, wheel: int, parameters: Parameters) -> Array:
-    return _with_wave(drive, wheel, parameters["amplitude"], 1.0, parameters["phase"] - 0.5 * math.pi)
-
-
-def _gear_harmonic(drive: Drive, wheel: int, parameters: Parameters) -> Array:
-    return _with_wave(drive, wheel, parameters["amplitude"], parameters["order"], parameters["phase"])
 
 
 def _with_wave(drive: Drive, wheel: int, amplitude: float, order: float, phase: float) -> Array:
@@ -164,10 +156,6 @@ def _count_loss(drive: Drive, wheel: int, parameters: Parameters) -> Array:
     return _from_steps(drive.way[0, wheel], counted_share(parameters, speed) * np.diff(drive.way[:, wheel]))
 
 
-def _old_way(drive: Drive, wheel: int, parameters: Parameters) -> Array:
-    return of_age(drive.way[:, wheel], drive.time, parameters)
-
-
 def of_age(value: Value, time: Array, parameters: Parameters) -> Array:
     """Return a channel `(N,)` whose samples are old by a delay, or by a rate times the time."""
     age = parameters["delay"] if "delay" in parameters else parameters["rate"] * (time - time[0])
@@ -191,33 +179,19 @@ def _gear_backlash(drive: Drive, wheel: int, parameters: Parameters) -> Array:
     return np.asarray(way + 0.5 * parameters["width"] * (lead - lead[0]))
 
 
-def _wheelbase(_drive: Drive, _truck: int, _yaw: Array, parameters: Parameters) -> Array | float:
-    return float(parameters["ratio"])
-
-
-def _turn_scrub(drive: Drive, truck: int, yaw: Array, parameters: Parameters) -> Array | float:
-    forward = drive.twist(truck)[:, 0]
-    across = np.hypot(forward, 0.5 * drive.wheelbase[truck] * yaw)
-    curvature = np.divide(np.abs(yaw), across, out=np.zeros_like(yaw), where=across > 0.0)
-    return np.asarray(1.0 + parameters["slope"] * curvature)
-
-
-def _wider(
-    drive: Drive,
-    truck: int,
-    ratio: Callable[[Drive, int, Array, Parameters], Array | float],
-    parameters: Parameters,
-) -> Drive:
-    """Return a drive whose wheels turn a truck over a wheelbase that is `ratio` times as wide.
-
-    The ratio may depend on the turn by the wheels in each step [rad], shape `(N - 1,)`.
-    """
+def _wider(drive: Drive, effect: str, truck: int, parameters: Parameters) -> Drive:
+    """Return a drive whose wheels turn a truck over a wider wheelbase: by a ratio, or the wider in a bend."""
     base, wheels = drive.wheelbase[truck], (2 * truck, 2 * truck + 1)
     left, right = np.diff(drive.way[:, wheels], axis=0).T
     travelled = (right - left) / base
     yaw = travelled
     for _ in range(ITERATIONS):
-        yaw = travelled * ratio(drive, truck, yaw, parameters)
+        if effect == "wheelbase":
+            yaw = travelled * float(parameters["ratio"])
+        else:
+            across = np.hypot(drive.twist(truck)[:, 0], 0.5 * base * yaw)
+            curvature = np.divide(np.abs(yaw), across, out=np.zeros_like(yaw), where=across > 0.0)
+            yaw = travelled * (1.0 + parameters["slope"] * curvature)
     middle, half = 0.5 * (left + right), 0.5 * base * yaw
     for wheel, steps in zip(wheels, (middle - half, middle + half), strict=True):
         drive = drive.with_way(wheel, _from_steps(drive.way[0, wheel], steps))
@@ -254,16 +228,11 @@ def body_motion(
     return creep * np.cos(angle), creep * np.sin(angle)
 
 
-def _joint_backlash(drive: Drive, channel: int, parameters: Parameters) -> Array:
-    reading, half = drive.reading[:, channel], 0.5 * parameters["width"]
-    shown = reading.copy()
+def _through_backlash(reading: Array, width: float) -> Array:
+    shown, half = reading.copy(), 0.5 * width
     for sample in range(1, len(shown)):
         shown[sample] = max(reading[sample] - half, min(reading[sample] + half, shown[sample - 1]))
     return shown
-
-
-def _old_reading(drive: Drive, channel: int, parameters: Parameters) -> Array:
-    return of_age(drive.reading[:, channel], drive.time, parameters)
 
 
 def _moved(drive: Drive, effect: str, truck: int, parameters: Parameters) -> Array:
@@ -296,23 +265,20 @@ def _stamps(drive: Drive, poses: Poses, effect: str, parameters: Parameters) -> 
 
 
 OF_WHEELS: dict[str, Callable[[Drive, int, Parameters], Array]] = {
-    **{effect: _scaled(effect) for effect in SCALED},
-    "wheel_eccentricity": _wheel_eccentricity,
+    **{effect: partial(_scaled, effect) for effect in SCALED},
+    "wheel_eccentricity": lambda drive, wheel, more: _with_wave(
+        drive, wheel, more["amplitude"], 1.0, more["phase"] - 0.5 * math.pi
+    ),
     "bump": _bump,
     "count_loss": _count_loss,
-    "latency": _old_way,
-    "clock_drift": _old_way,
+    **dict.fromkeys(
+        ("latency", "clock_drift"), lambda drive, wheel, more: of_age(drive.way[:, wheel], drive.time, more)
+    ),
     "gear_backlash": _gear_backlash,
-    "gear_harmonic": _gear_harmonic,
+    "gear_harmonic": lambda drive, wheel, more: _with_wave(
+        drive, wheel, more["amplitude"], more["order"], more["phase"]
+    ),
     "traction_slip": _traction_slip,
 }
-OF_TRUCKS: dict[str, Callable[[Drive, int, Array, Parameters], Array | float]] = {
-    "wheelbase": _wheelbase,
-    "turn_scrub": _turn_scrub,
-}
+OF_TRUCKS = {"wheelbase", "turn_scrub"}
 OF_BODIES = {"wheel_misalignment", "lateral_slip", "floor_slope", "castor_kick"}
-OF_LINKAGE: dict[str, Callable[[Drive, int, Parameters], Array]] = {
-    "joint_backlash": _joint_backlash,
-    "latency": _old_reading,
-    "clock_drift": _old_reading,
-}

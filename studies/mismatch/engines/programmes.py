@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.random import Generator
@@ -34,10 +34,15 @@ def _square(chance: Generator, number: int) -> Lap:
     return ("cw" if turn < 0 else "ccw"), [(speed, 0.0, side / speed), corner] * 4
 
 
+def eight(speed: float, radius: float) -> list[Leg]:
+    """Return a circle of a radius [m] to the left and one to the right."""
+    circle, rate = 2.0 * math.pi * radius / speed, speed / radius
+    return [(speed, rate, circle), (speed, -rate, circle)]
+
+
 def _eight(chance: Generator, number: int) -> Lap:
     speed, radius = _speed(chance, number), float(chance.uniform(0.7, 1.1))
-    circle = 2.0 * math.pi * radius / speed
-    return "none", [(speed, speed / radius, circle), (speed, -speed / radius, circle)]
+    return "none", eight(speed, radius)
 
 
 def _slalom(chance: Generator, number: int) -> Lap:
@@ -84,6 +89,36 @@ def commands(
     for step in range(1, len(target)):
         driven[step] = driven[step - 1] + np.clip(target[step] - driven[step - 1], -most, most)
     return driven, spans
+
+
+ALIGN = 1.5  # [1/s], gain with which truck b turns into the link; it lags behind in turns
+
+
+def wheel_ways(
+    tracks: Sequence[float] | Array,
+    speed: float,
+    rate: float,
+    linkage: Sequence[float] | Array,
+    gains: tuple[float, float, float],
+) -> Array:
+    """Return the speeds of all wheels [m/s], `(2 T,)`, for a speed [m/s] and turn rate [rad/s] of truck a.
+
+    Truck b follows the linkage: joint_a [rad], joint_b [rad] and the link's length [m]; one truck has none.
+    Gains are that with which truck a, driving backwards, turns into the link [1/m], that with which truck b
+    keeps the link's length [1/s], and this length at rest [m].
+    """
+    motion = [(speed, rate)]
+    if len(tracks) == 2:
+        (joint_a, joint_b, length), (into, hold, rest) = linkage, gains
+        motion = [(speed, rate + into * min(speed, 0.0) * joint_a)]
+        motion += [(speed * math.cos(joint_a) + hold * (length - rest), -ALIGN * joint_b)]
+    return np.array(
+        [
+            forward + side * track * turn
+            for (forward, turn), track in zip(motion, tracks, strict=True)
+            for side in (-0.5, 0.5)
+        ]
+    )
 
 
 SPEEDS = (0.12, 0.6)  # [m/s]
@@ -143,8 +178,7 @@ def _shuttles(chance: Generator, speed: float, _trucks: int) -> Callable[[int], 
 
 def _eights(chance: Generator, speed: float, _trucks: int) -> Callable[[int], Lap]:
     radius = within(chance, (0.5, 2.0))
-    circle, rate = 2.0 * math.pi * radius / speed, speed / radius
-    return lambda _number: ("none", [(speed, rate, circle), (speed, -rate, circle)])
+    return lambda _number: ("none", eight(speed, radius))
 
 
 def _free(chance: Generator, speed: float, trucks: int) -> Callable[[int], Lap]:

@@ -125,10 +125,9 @@ WINDOW = 0.1  # [s] from one reading, or one pose, to the next that is used; sho
 def residual(drive: Drive) -> dict[str, Array]:
     """Return what dead reckoning misses, by what was read.
 
-    Returns:
-        `linkage`: joint_a [rad], joint_b [rad] and link [m] at the end of each window, shape `(K, 3)`, absent
-        with a single truck; `a` and `b`: forward [m], left [m] and yaw [rad] from pose to pose of the truck,
-        shape `(M - 1, 3)`, absent where there are fewer than two poses.
+    `linkage`: joint_a [rad], joint_b [rad] and link [m] at the end of each window, shape `(K, 3)`, absent
+    with a single truck; `a` and `b`: forward [m], left [m] and yaw [rad] from pose to pose of the truck,
+    shape `(M - 1, 3)`, absent where there are fewer than two poses.
     """
     paths = [drive.path(truck) for truck in range(drive.trucks)]
     missed = {}

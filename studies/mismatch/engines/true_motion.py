@@ -38,12 +38,10 @@ class Nominal:
 
 
 def motion(drive: Drive, rows: int = 1) -> tuple[Array, Array]:
-    """Return how each truck moved over each stretch of rows, in the truck's frame.
+    """Return how the trucks moved over each stretch of rows, and the turns of the wheels [rad] `(N, 2 T)`.
 
-    Returns:
-        The true motion of the trucks, forward [m], sideways [m] and turn [rad], shape `(N, T, 3)`, and the
-        turns of the wheels [rad], shape `(N, 2 T)`. Forward and sideways motion is summed row by row, so
-        that it is exact in bends too.
+    The motion is forward [m], sideways [m] and turn [rad] in the truck's frame, shape `(N, T, 3)`, summed row
+    by row, so that it is exact in bends too.
     """
     poses = drive.poses.copy()
     poses[:, :, 2] = np.unwrap(poses[:, :, 2], axis=0)

@@ -215,11 +215,7 @@ def study(
     count: int = CASES,
     quick: bool = False,
 ) -> Iterator[Table | str]:
-    """Carry the study out, and yield its table and sentences.
-
-    Raises:
-        PlotError: The figure cannot be written.
-    """
+    """Carry the study out, and yield its table and sentences; PlotError where the figure is not written."""
     place.mkdir(parents=True, exist_ok=True)
     questions = {
         f"{case.effects[0][0]}-{number}": (case, number) for case, number in wanted(count, seed, quick=quick)

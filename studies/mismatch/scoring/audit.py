@@ -18,7 +18,7 @@ from omnimate.vehicle.se2 import wrap
 from studies.mismatch.engines.scene import Case, scene, seed_of
 from studies.mismatch.engines.vocabulary import Array
 from studies.mismatch.engines.writing import Log, Robot, seen
-from studies.mismatch.scoring.judging import ASSERTED, UNNAMED, asserted, first_exact, first_right
+from studies.mismatch.scoring.judging import ASSERTED, UNNAMED, asserted, first_exact, first_right, names_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,15 +52,11 @@ def questions(
         if label["kind"] != "single" or not answer or not answer["findings"] or first_exact(label, answer):
             continue
         reported, number = asserted(answer, ASSERTED), int(name.rpartition("-")[2])
-        if reported and all(_can_be_driven(finding) for finding in reported):
+        is_driveable = all(each[0] not in UNNAMED and each[1] != "poses" for each in names_of(reported))
+        if reported and is_driveable:
             right = first_right(label, answer)
             asked.append(Question(name, cases[number], seed_of(seed, number), reported, right))
     return asked
-
-
-def _can_be_driven(finding: Mapping[str, Any]) -> bool:
-    """Say whether the engine can drive with the effect of a finding."""
-    return bool(finding["effect"] not in UNNAMED and finding["component"] != "poses")
 
 
 def audited(question: Question) -> Audit:

@@ -198,11 +198,11 @@ OUTCOMES: tuple[Outcome, ...] = ("unknown", "acceptable", "wrong name", "nothing
 
 def concealing(labels: Mapping[str, Label]) -> dict[str, str]:
     """Return the effect of every case that conceals one named effect and nothing else."""
-    return {name: label["effects"][0]["effect"] for name, label in labels.items() if _conceals_one(label)}
-
-
-def _conceals_one(label: Label) -> bool:
-    return label["kind"] in {"single", "masked"} and len(label["effects"]) == 1
+    return {
+        name: label["effects"][0]["effect"]
+        for name, label in labels.items()
+        if label["kind"] in {"single", "masked"} and len(label["effects"]) == 1
+    }
 
 
 def outcome(label: Label, answer: Answer) -> Outcome:

@@ -78,9 +78,7 @@ def write_pair(folder: Path, sets: Sequence[Path], seed: int, number: int) -> di
 def calibrated_runs(place: Path) -> list[Recording]:
     """Return all runs of a set, by the robot that least squares on these runs gives.
 
-    Raises:
-        OptiOdomError: The set is damaged.
-        CalibrationError: The set cannot tell wheelbase and diameters.
+    OptiOdomError: the set is damaged; CalibrationError: it cannot tell wheelbase and diameters.
     """
     recordings = [recording for _, recording in each_recording(place)]
     truck = calibrate_truck(recordings).truck

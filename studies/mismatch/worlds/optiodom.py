@@ -37,11 +37,7 @@ START, PAUSE = 1_593_000_000.0, 60.0  # [s] the clock of the first run, and from
 
 
 def optiodom_sets(data: Path, missing: str) -> list[Path]:
-    """Return the sets of the differential robot among the real recordings.
-
-    Raises:
-        AbsentError: They are not there; `missing` says what is left out.
-    """
+    """Return the differential robot's sets; without any, AbsentError: `missing` says what is left out."""
     root = data / "real" / "optiodom"
     if not root.is_dir():
         raise AbsentError(f"{root} is not there: {missing} left out")
@@ -227,18 +223,18 @@ def diagnosed_and_driven(question: Question) -> Answer:
     They are those after 10 s of open loop, rms [m]: of the robot as described, by plain least squares, and
     with the effects that were found.
     """
-    return answer_of(lambda: _diagnosed_and_driven(question))
 
+    def ask() -> Answer:
+        folder, wanted = question
+        seen, held_out = recordings_of(question), recordings_of((folder, {"recordings": wanted["held_out"]}))
+        diagnosis = diagnose(seen)
+        truck = calibrate_truck(seen).truck
+        calibrated = [replace(each, vehicle=each.vehicle.with_truck("a", truck)) for each in held_out]
+        errors = {
+            "nominal": position_error(held_out),
+            "least squares": position_error(calibrated),
+            "found": position_error(held_out, diagnosis.effects),
+        }
+        return {**diagnosis.as_json(), "open_loop": errors}
 
-def _diagnosed_and_driven(question: Question) -> Answer:
-    folder, wanted = question
-    seen, held_out = recordings_of(question), recordings_of((folder, {"recordings": wanted["held_out"]}))
-    diagnosis = diagnose(seen)
-    truck = calibrate_truck(seen).truck
-    calibrated = [replace(each, vehicle=each.vehicle.with_truck("a", truck)) for each in held_out]
-    errors = {
-        "nominal": position_error(held_out),
-        "least squares": position_error(calibrated),
-        "found": position_error(held_out, diagnosis.effects),
-    }
-    return {**diagnosis.as_json(), "open_loop": errors}
+    return answer_of(ask)

@@ -77,11 +77,7 @@ def worlds(data: Path) -> dict[str, World]:
 
 
 def chosen(data: Path, names: Sequence[str]) -> list[World]:
-    """Return the worlds of these names, all of them where none is given.
-
-    Raises:
-        OmnimateError: There is no world of a name.
-    """
+    """Return the worlds of these names, all of them where none is given; OmnimateError for another name."""
     every = worlds(data)
     for name in names:
         if name not in every:

@@ -69,9 +69,7 @@ class World:
     def corpus(self, place: Path, request: Request, jobs: int, progress: Progress) -> Corpus:
         """Return the cases of a request.
 
-        Raises:
-            AbsentError: The world is not here.
-            OmnimateError: The folder holds another corpus of this world.
+        AbsentError: the world is not here; OmnimateError: the folder holds another corpus of it.
         """
         raise NotImplementedError
 
@@ -110,7 +108,10 @@ class WrittenWorld(World):
         wanted = asdict(request)
         if kept.exists():
             known = json.loads(kept.read_text(encoding="utf-8"))
-            _check(known["request"], wanted, folder)
+            if (other := known["request"]) != wanted:
+                raise OmnimateError(
+                    f"{folder} holds the cases of {other}; {wanted} needs a folder of its own: --out"
+                )
             if "labels" in known:
                 return Corpus(self, folder, known["labels"])
         place.mkdir(parents=True, exist_ok=True)
@@ -145,11 +146,6 @@ def _write_anew(write: Callable[..., Reply], wanted: tuple[Any, ...]) -> Reply:
     """Write a case over what an earlier run left unfinished."""
     shutil.rmtree(wanted[0], ignore_errors=True)
     return write(*wanted)
-
-
-def _check(known: object, wanted: object, folder: Path) -> None:
-    if known != wanted:
-        raise OmnimateError(f"{folder} holds the cases of {known}; {wanted} needs a folder of its own: --out")
 
 
 def drawn(cases: Mapping[str, Reply], request: Request) -> dict[str, Reply]:

@@ -11,7 +11,7 @@ def one_stage(monkeypatch):
     """Leave the command one stage."""
 
     def leave(rows):
-        monkeypatch.setattr("studies.papers.table.stages", lambda **_: [("a stage", lambda: rows)])
+        monkeypatch.setattr("studies.papers.command.stages", lambda **_: [("a stage", lambda: rows)])
 
     return leave
 

@@ -56,7 +56,7 @@ def test_a_switched_off_calibration_error_leaves_the_others_as_they_were():
 
 
 def test_plain_odometry_turns_at_every_bump_and_the_correction_does_not():
-    errors = return_errors(straight(1, 10), CLAPPER_SONAR, 1, ("plain", "CLAPPER"))
+    errors = return_errors(straight(1, 10), CLAPPER_SONAR, 1)
     plain, ours = (np.degrees(np.abs(errors[name][:, 2])).mean() for name in ("plain", "CLAPPER"))
     assert 4.0 < plain < 8.0
     assert ours < 0.25 * plain

@@ -1,6 +1,6 @@
 """Stages that are computed in several processes."""
 
-from studies.papers.table import run, stages, under_way
+from studies.papers.command import run, stages, under_way
 
 
 def test_stages_in_two_processes_give_what_one_gives():

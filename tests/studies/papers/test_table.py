@@ -4,10 +4,10 @@ import pickle
 
 import pytest
 
+from studies.papers.command import stages
 from studies.papers.linkage_numbers import linkage_numbers
 from studies.papers.protocols import omnimate_laps, straight_line
 from studies.papers.squares import square_numbers, statistics
-from studies.papers.table import stages
 
 
 @pytest.mark.parametrize("rows", [square_numbers, linkage_numbers])

@@ -21,7 +21,7 @@ from studies.mismatch.engines.bullet.chassis import ROBOTS, Chassis
 from studies.mismatch.engines.bullet.drive import Course, Floor, TippedError, drive
 from studies.mismatch.engines.bullet.faults import Fault, Setting
 from studies.mismatch.engines.laws import altered
-from studies.mismatch.engines.programmes import PROGRAMMES, Lap, Leg, commands
+from studies.mismatch.engines.programmes import PROGRAMMES, Lap, commands, eight
 from studies.mismatch.engines.rivals import SEPARATE, rivals
 from studies.mismatch.engines.scene import SEEDS, START
 from studies.mismatch.engines.strength import Drive as Seen
@@ -212,11 +212,7 @@ def make(
 
 
 def _case(chance: Generator, name: str, seed: int, number: int) -> _Case:
-    """Return a robot, calibrated, and its drive on a plane.
-
-    Raises:
-        TippedError: It fell over, or its trucks folded.
-    """
+    """Return a robot, calibrated, and its drive on a plane; TippedError where it fell over or folded."""
     chassis = ROBOTS[name](chance)
     if name == "tug" and chance.random() < 0.5:
         chassis = replace(chassis, creep=within(chance, RUBBER))
@@ -248,11 +244,9 @@ def _courses(chance: Generator, chassis: Chassis) -> tuple[Course, Course]:
     """Return a course, and one for the calibration of the robot: a lap of the first and an eight."""
     speed = within(chance, TALL if chassis.name == "r2d2" else SPEEDS)
     laps = _laps(chance, speed, chassis.trucks)
-    around, rate = 2.0 * np.pi * EIGHT / speed, speed / EIGHT
-    eight: list[Leg] = [(speed, rate, around), (speed, -rate, around)]
     period, angles = float(chance.choice(PERIODS)), chance.uniform(-3.0, 3.0, 2 * chassis.trucks)
     servo = within(chance, SERVOS[0]), within(chance, SERVOS[1])
-    both = (commands(each, period, servo) for each in (laps, [laps[0], ("none", eight)]))
+    both = (commands(each, period, servo) for each in (laps, [laps[0], ("none", eight(speed, EIGHT))]))
     course, calibrating = (Course(wanted, spans, period, angles) for wanted, spans in both)
     return course, calibrating
 

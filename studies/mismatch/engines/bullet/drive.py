@@ -17,6 +17,7 @@ import pybullet
 from numpy.typing import NDArray
 
 from studies.mismatch.engines.bullet.chassis import Chassis
+from studies.mismatch.engines.programmes import wheel_ways
 from studies.mismatch.engines.true_motion import Drive, Nominal, contacts
 from studies.mismatch.engines.vocabulary import Array
 
@@ -104,29 +105,7 @@ class Tyres:
             pybullet.applyExternalForce(body, link, [share * a for a in slip], place, pybullet.WORLD_FRAME)
 
 
-ALIGN = 1.5  # [1/s], gain with which truck b turns into the link
-HOLD = 0.6  # [1/s], gain with which truck b keeps the link's length
-INTO = 2.0  # gain with which truck a, driving backwards, turns into the link, over the link's length
-
-
-def wheel_speeds(nominal: Nominal, speed: float, rate: float, linkage: Array) -> Array:
-    """Return the speeds of all wheels [rad/s], `(2 T,)`, for a speed [m/s] and turn rate [rad/s] of truck a.
-
-    `linkage` is joint_a [rad], joint_b [rad] and the link's length [m]; not used of one truck.
-    """
-    motion = [(speed, rate)]
-    if len(nominal.tracks) == 2:
-        joint_a, joint_b, length = linkage
-        motion = [(speed, rate + INTO / nominal.link * min(speed, 0.0) * joint_a)]
-        motion += [(speed * math.cos(joint_a) + HOLD * (length - nominal.link), -ALIGN * joint_b)]
-    ways = [
-        forward + side * 0.5 * track * turn
-        for (forward, turn), track in zip(motion, nominal.tracks, strict=True)
-        for side in (-1.0, 1.0)
-    ]
-    return np.array(ways) / nominal.radii
-
-
+HOLD, INTO = 0.6, 2.0  # gains of `wheel_ways`, the second over the link's length
 STEP = 0.0025  # [s], the longest step; bends creep outwards by half a step times their acceleration
 ITERATIONS = 300  # of the solver, which stops when it has converged; with the usual 50 a straight bends
 SETTLING = 0.6  # [s] at rest before a drive, in which the robot comes down on the floor
@@ -196,10 +175,7 @@ def drive(
 ) -> Drive:
     """Return a robot's drive of a course, its controller knowing the nominal robot.
 
-    Hooks are called with the scene and the time [s] before every period.
-
-    Raises:
-        TippedError: The robot fell over.
+    Hooks are called with the scene and the time [s] before every period. TippedError: the robot fell over.
     """
     pybullet.connect(pybullet.DIRECT)  # the only simulation of this process, so that no call names it
     try:
@@ -239,7 +215,8 @@ class _Run:
 
     def driven(self, hooks: Sequence[Hook]) -> Drive:
         period, readings, poses, touches = self.course.period, [], [], []
-        start = self._read()
+        nominal, start = self.nominal, self._read()
+        gains = INTO / nominal.link if nominal.link else 0.0, HOLD, nominal.link
         offset = np.concatenate((self.course.angles - start[: len(self.driven_by)], np.zeros(3)))
         for row, (speed, rate) in enumerate(self.course.commands):
             read = self._read() + offset
@@ -248,15 +225,17 @@ class _Run:
             touches.append([bool(pybullet.getContactPoints(self.scene.body, box)) for box in self.boxes])
             for hook in hooks:
                 hook(self.scene, row * period)
-            self._command(wheel_speeds(self.nominal, speed, rate, read[-3:]))
+            self._command(wheel_ways(nominal.tracks, speed, rate, read[-3:], gains) / nominal.radii)
             self._advance(self.steps)
         table, rows, wheels = np.array(readings), len(readings), len(self.driven_by)
+        path = np.array(poses)
+        path[:, :, 2] = np.unwrap(path[:, :, 2], axis=0)
         return Drive(
             np.arange(rows, dtype=np.float64) * period,
             table[:, :wheels],
             table[:, wheels:-1],
             table[:, -1],
-            _unwrapped(np.array(poses)),
+            path,
             contacts(np.array(touches, bool).reshape(rows, -1), round(APART / period)),
         )
 
@@ -306,10 +285,6 @@ class _Run:
             raise TippedError(f"the {self.chassis.name} fell over")
         x, y = (matrix[3 * row] * ahead[0] + matrix[3 * row + 1] * ahead[1] for row in (0, 1))
         return math.atan2(y, x)
-
-
-def _unwrapped(poses: Array) -> Array:
-    return np.concatenate((poses[:, :, :2], np.unwrap(poses[:, :, 2:], axis=0)), axis=2)
 
 
 def _scene(chassis: Chassis, ground: int, height: float) -> Scene:

@@ -90,10 +90,7 @@ def make(
 ) -> dict[str, Any]:
     """Write the recording of a case into a folder, and return its label.
 
-    A drive in which the contacts become unstable is none: the case is drawn once more.
-
-    Raises:
-        FloatingPointError: The contacts became unstable in both.
+    A drive in which the contacts become unstable (FloatingPointError) is none: the case is drawn once more.
     """
     name = "healthy" if faultless else fault or list(FAULTS)[number % len(FAULTS)]
     poses = measuring or POSES[1 + number % 2 if name in POSES_ONLY else number % 3]

@@ -83,10 +83,7 @@ def drive(
     """Return the robot's drive of a program, its controller knowing the nominal robot.
 
     Hooks are called with the scene and the time [s] before every control period; `weave` is the amplitude
-    with which the following truck swings about the link [rad].
-
-    Raises:
-        FloatingPointError: The contacts became unstable.
+    with which the following truck swings about the link [rad]. FloatingPointError: contacts became unstable.
     """
     scene = _scene(robot)
     model, data = scene.model, scene.data
