@@ -31,6 +31,7 @@ from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.operator import Operator
 from cosmic_ray.plugins import get_operator
 from hypothesis import Phase, settings
+from touched import touched_files
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -130,9 +131,7 @@ def passes(file: str, timeout: int, seed: int, source: str) -> bool:
 
 def touched_since(commit: str) -> list[str]:
     """Return the listed files that differ from a commit, or whose tests do."""
-    command = ["git", "diff", "--name-only", "--diff-filter=AM", "--find-renames", commit]
-    changes = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
-    touched = set(changes.stdout.splitlines())
+    touched = touched_files(ROOT, commit)
     return [
         file for file, tests in CONFIGURATION["tests"].items() if touched.intersection((file, *tests.split()))
     ]

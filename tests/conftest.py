@@ -1,7 +1,7 @@
 """What several rooms' tests need."""
 
 import os
-import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -40,9 +40,10 @@ def pytest_collection_modifyitems(config, items):
     """Keep the tests that `--touched-since` asks for, and what can run without `../shared/data`."""
     commit = config.getoption("--touched-since")
     if commit is not None:
-        command = ["git", "diff", "--name-only", "--diff-filter=AM", "--find-renames", commit]
-        changes = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
-        touched = {Path(name) for name in changes.stdout.splitlines()}
+        sys.path.append(str(ROOT / ".ci"))
+        from touched import touched_files  # noqa: PLC0415  # which CI alone asks for
+
+        touched = {Path(name) for name in touched_files(ROOT, commit)}
         touched |= {folder for file in touched for folder in file.parents}
         keep(config, items, lambda item: touched.intersection(sources_of(item)))
     if not SHARED_DATA.is_dir():
