@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 from omnimate.cli.console import (
-    PROGRESS_PERIOD,
     print_error,
     progress_bar,
     report_problem,
@@ -28,7 +27,8 @@ def test_brackets_in_a_sentence_are_printed_as_they_are(capsys):
 
 
 def test_without_a_terminal_progress_is_a_line_now_and_then(capsys, monkeypatch):
-    now = iter([0.0, 1.0, PROGRESS_PERIOD, PROGRESS_PERIOD, PROGRESS_PERIOD + 1.0, 90.0, 90.0])
+    monkeypatch.setattr("omnimate.cli.console.PROGRESS_PERIOD", 10.0)
+    now = iter([0.0, 1.0, 10.0, 10.0, 11.0, 90.0, 90.0])
     monkeypatch.setattr("omnimate.cli.console.time", SimpleNamespace(monotonic=lambda: next(now)))
     with progress_bar("reading") as progress:
         progress(1, 100)

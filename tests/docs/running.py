@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -18,6 +19,7 @@ PORTS = ("8080", "29536")
 """Ports that the pages name; each is replaced by a free one, as several checkouts may be tested at once."""
 
 SECONDS = 1800.0
+PROGRESS = re.compile(r"^\S.*: \d+%$")  # which a command says of itself where it takes long
 """After which a page is given up [s]: an upper bound, which a page that ends by itself never comes near."""
 
 
@@ -145,7 +147,8 @@ def _outcome(kept: Path, number: int, step: Step, ports: dict[str, str]) -> Outc
     text = printed.read_text()
     for port, free in ports.items():
         text = text.replace(free, port)
-    return Outcome(step, int(code.read_text()), tuple(plain(text)))
+    lines = (line for line in plain(text) if not PROGRESS.search(line))
+    return Outcome(step, int(code.read_text()), tuple(lines))
 
 
 def _shell(script: Path, folder: Path) -> None:
