@@ -9,12 +9,12 @@ from fastapi import FastAPI
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel
-from sqlalchemy.exc import IntegrityError
+from sqlalchemy.exc import IntegrityError, OperationalError
 
 from omnimate.service import calls
 from omnimate.service.access import LOCAL, Caller
 from omnimate.service.calls import MAX_KEY_LENGTH, Answer, Call, act_once, digest_of, storable
-from omnimate.service.errors import ForbiddenError, StateError
+from omnimate.service.errors import AuthenticationError, ForbiddenError, StateError
 from omnimate.service.store.database import Database
 from omnimate.service.store.tables import AnswerRow
 
@@ -199,3 +199,22 @@ def test_authorization_is_no_parameter_of_a_call_in_openapi():
         return call.name
 
     assert "parameters" not in app.openapi()["paths"]["/things"]["get"]
+
+
+@pytest.mark.parametrize(
+    ("answer", "is_allowed"),
+    [
+        pytest.param(LOCAL, True, id="its key is valid"),
+        pytest.param(AuthenticationError("revoked"), False, id="its key was revoked"),
+        pytest.param(OperationalError("", (), ConnectionError()), True, id="the database does not answer"),
+    ],
+)
+def test_a_long_call_goes_on_unless_its_key_was_revoked(database, answer, is_allowed):
+    def identify(_database, authorization):
+        assert authorization == "Bearer key"
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    components = SimpleNamespace(callers=SimpleNamespace(identify=identify), database=database)
+    assert Call(components, LOCAL, None, "GET /", "Bearer key").is_still_allowed() is is_allowed
