@@ -27,7 +27,7 @@ SHARES = np.array([3.0, 1.0, 1.0, 1.0]) / 6.0
 
 
 def averaged(fit: Fitted) -> Acting:
-    """Return what is calibrated beside the findings, with the covariance of the mean over sizes."""
+    """Return what is calibrated in addition to the findings, with the covariance of the mean over sizes."""
     acting = fit.calibrated
     if not acting.terms:
         return acting
@@ -40,8 +40,9 @@ def averaged(fit: Fitted) -> Acting:
     parts = slices_of(len(values) for _, _, values in everything)
     scales = np.ones((len(SIZES), len(gram)))
     for term, part in zip(terms[first:], parts[first:], strict=True):
-        scales[:, part] = 1.0 if term.is_setup else SIZES[:, None]
-    inside = slice(sum(len(values) for values in fit.chosen.values), None)
+        if not term.is_setup:
+            scales[:, part] = SIZES[:, None]
+    inside = slice(parts[first].start, None)
     sizes, covariances, evidence = [], [], []
     for scale in scales:
         precision = prior / np.outer(scale, scale)

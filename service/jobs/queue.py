@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from omnimate.service.store.database import Database
 
 
+ANSWERS_KEPT = 86400.0  # [s] in which a request with an Idempotency-Key may be repeated
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
 
 
@@ -178,9 +179,6 @@ def give_back(row: JobRow, reason: str) -> None:
         row.state, row.error, row.doing = "failed", f"given up after {row.attempts} attempts: {reason}", ""
     else:
         row.state, row.doing = "queued", f"waiting again: {reason}"
-
-
-ANSWERS_KEPT = 86400.0  # [s] in which a request with an Idempotency-Key may be repeated
 
 
 def expire_sessions_and_requeue_jobs(database: Database) -> list[str]:
