@@ -86,7 +86,7 @@ def plot_errors(names: Sequence[str], columns: Mapping[str, Sequence[float]], pa
 
 
 def plot_recovery(found: Mapping[str, Mapping[str, Sequence[float]]], wanted: float, path: Path) -> None:
-    """Draw shares that are recovered, a row for each effect, up to three methods beside each other."""
+    """Draw shares that are recovered, a row for each effect, up to three methods next to each other."""
     methods = list(next(iter(found.values())))
     rows = np.arange(len(found))[::-1]
     marks = (VERMILLION, "o"), (BLUE, "s"), (ORANGE, "^")

@@ -124,7 +124,7 @@ ENCODERS = {
 
 
 def make_bus(eds: str, seed: int, path: Path) -> Bus:
-    """Return a bus of a robot whose wheels have devices of an EDS file, with others beside them."""
+    """Return a bus of a robot whose wheels have devices of an EDS file, with other devices next to them."""
     files = eds_files() | {eds: path}
     random = np.random.default_rng([seed, *eds.encode()])
     trucks = 1 if random.random() < 0.55 else 2

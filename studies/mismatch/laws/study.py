@@ -150,7 +150,7 @@ def recovered_from(drives: Pair) -> Recovery:
 
 
 def _posterior(recording: Recording, effect: Effect, noise: NoiseLevels | None = None) -> Posterior:
-    """Return a drive beside what every robot has a little of, without any of an effect.
+    """Return a drive with what every robot has a little of, but nothing of an effect.
 
     Levels of noise are estimated with the effect as a nuisance, unless they are known: what is asked here is
     what a law recovers, and not how noise is told from it.
