@@ -1,8 +1,13 @@
 """Running a command in this process."""
 
+import math
 import os
 import sys
 from typing import NamedTuple
+
+from omnimate.cli import console
+
+console.PROGRESS_PERIOD = math.inf  # on a slow machine more commands would say how far they are
 
 
 class Result(NamedTuple):

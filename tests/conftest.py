@@ -1,6 +1,5 @@
 """What several rooms' tests need."""
 
-import math
 import os
 import sys
 from pathlib import Path
@@ -8,7 +7,6 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from omnimate.cli import console
 from tests.samples import SHARED_DATA
 
 # No test depends on the speed of the machine: the first example may have to compile what it calls.
@@ -26,8 +24,6 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "project"))
 # pytest-xdist tells its processes the size of the terminal, which the command line would then keep to.
 for size in ("COLUMNS", "LINES"):
     os.environ.pop(size, None)
-
-console.PROGRESS_PERIOD = math.inf  # on a slow machine more commands would say how far they are
 
 ROOT = Path(__file__).resolve().parents[1]
 
