@@ -17,7 +17,7 @@ from omnimate.calib.apply import corrected_truck
 from omnimate.calib.distributions import fisher_tail
 from omnimate.calib.umbmark.exact import solve_exact, square_returns
 from omnimate.calib.umbmark.return_errors import MIRROR
-from omnimate.calib.umbmark.square import factor_scales, square_ends
+from omnimate.calib.umbmark.square import factor_ends
 from omnimate.calib.umbmark.uncertainty import factor_slopes
 
 if TYPE_CHECKING:
@@ -183,8 +183,8 @@ def _contradict(experiment: Experiment, rest: Array, factors: tuple[float, float
         return True
     if errors.freedom < 2:
         return False
-    scales, by_logs = factor_scales(truck, np.log(np.array(factors)))
-    by_factors = (square_ends(truck, errors.side, scales)[1] @ by_logs)[:, 2, :] / np.array(factors)
+    _, by_logs = factor_ends(truck, errors.side, np.log(np.array(factors)))
+    by_factors = by_logs[:, 2, :] / np.array(factors)
     slopes = -by_factors @ factor_slopes(experiment, "exact")
     slopes[[0, 1], [2, 5]] += 1.0
     covariance = slopes @ errors.covariance_of_centres @ slopes.T
