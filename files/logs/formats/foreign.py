@@ -49,7 +49,7 @@ def read_entries(
             needed = "an MF4 file needs the library asammdf: pip install 'omnimate[mf4]'"
             raise LogError(content.path, None, needed) from error
     elif form == "pcap" or form == "pcapng":  # noqa: PLR1714 -- likewise
-        yield from read_capture(content.file(), fd=fd)
+        yield from read_capture(content.file, fd=fd)
     elif form == "minimon":
         text = _text(content).read()
         frames, skipped = minimon.read_trace(text)
@@ -63,4 +63,4 @@ def read_entries(
 
 
 def _text(content: BlockReader) -> io.TextIOWrapper:
-    return io.TextIOWrapper(content.file(), "utf-8-sig", errors="replace")
+    return io.TextIOWrapper(content.file, "utf-8-sig", errors="replace")

@@ -125,7 +125,7 @@ def read_binary(
         library = "asammdf"
     number, size = 0, 0
     try:
-        with can.MF4Reader(content.path) if form == "mf4" else can.BLFReader(content.file()) as reader:
+        with can.MF4Reader(content.path) if form == "mf4" else can.BLFReader(content.file) as reader:
             size = reader.file_size if isinstance(reader, can.BLFReader) else 0
             for number, message in enumerate(reader, start=1):
                 frame = frame_of_message(message, fd=fd)

@@ -25,7 +25,7 @@ BROKEN = [
 @pytest.fixture(params=["one thread", "threads"])
 def is_parallel(request, monkeypatch):
     """Read in blocks of 4 kB, by the interpreter alone or by threads of machine code."""
-    monkeypatch.setattr(block_reader.BlockReader.__init__, "__defaults__", (4096, False, 0, 0))
+    monkeypatch.setattr(block_reader.BlockReader.__init__, "__defaults__", (4096,))
     if request.param == "threads":
         monkeypatch.setattr(module, "PARALLEL_SIZE", 0)
     return request.param == "threads"
