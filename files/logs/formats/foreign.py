@@ -51,11 +51,7 @@ def read_entries(
     elif form == "pcap" or form == "pcapng":  # noqa: PLR1714 -- likewise
         yield from read_capture(content.file, fd=fd)
     elif form == "minimon":
-        text = _text(content).read()
-        frames, skipped = minimon.read_trace(text)
-        yield from frames
-        lines = 0 if text.endswith("\n") else len(text.splitlines())
-        yield from (line._replace(is_end=line.line == lines) for line in skipped)
+        yield from minimon.read_trace(_text(content))
     else:
         yield from read_lines(_text(content), form, fd=fd)
     if content.damaged:
