@@ -16,7 +16,7 @@ from omnimate.cli.options import LogSource, check_out_file
 if TYPE_CHECKING:
     from omnimate.files.exporters.drive import Drive
     from omnimate.files.exporters.export import Exported
-    from omnimate.files.logs.streaming import LogStream
+    from omnimate.files.logs.blocks import LogStream
 
 
 def export(
@@ -42,7 +42,7 @@ def export(
     """Write a recording or a log for Foxglove, PlotJuggler, ROS 2, evo, Wireshark, pandas."""
     from omnimate.files.errors import ExportError
     from omnimate.files.exporters.export import DRIVE_SUFFIXES, export_drive, export_frames, suffix_of
-    from omnimate.files.logs.streaming import LogStream
+    from omnimate.files.logs.blocks import LogStream
 
     suffix = suffix_of(to)  # names a missing extra before anything is computed
     path = log_of(source)

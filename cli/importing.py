@@ -44,7 +44,7 @@ def log(
 ) -> None:
     """Take the frames of a bus log of any format, and a vehicle.toml."""
     from omnimate.files.importers.bus_log import import_log
-    from omnimate.files.logs.streaming import LogStream
+    from omnimate.files.logs.blocks import LogStream
     from omnimate.vehicle.file import load_vehicle
 
     stream = LogStream(source)

@@ -12,9 +12,8 @@ from omnimate.cli.console import report_problem, warn
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
-    from omnimate.files.logs.blocks import LogBlocks, LogReadResult
+    from omnimate.files.logs.blocks import LogBlocks, LogReadResult, LogStream
     from omnimate.files.logs.frames import Frame
-    from omnimate.files.logs.streaming import LogStream
     from omnimate.files.recordings.folder import LoadedRecording
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Recording

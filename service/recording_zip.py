@@ -82,7 +82,7 @@ class UploadedZip:
     def _check_log(self, name: str, path: Path) -> None:
         """Count what a log unpacks to, before anything of it is parsed."""
         content, lines = BlockReader(path, BLOCK), 0
-        for block in content:
+        while block := content.file.read(BLOCK):
             lines += block.count(b"\n")
             if lines > MAX_LOG_LINES or content.passed > min(MAX_FILE_SIZE, self._left + content.position):
                 raise TooLargeError(

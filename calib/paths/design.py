@@ -18,7 +18,7 @@ from omnimate.calib.estimation.observability import Held, information_bound, uno
 from omnimate.calib.paths.drives import Drive
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.reference import ReferenceProblem
-from omnimate.calib.umbmark.exact import square_returns
+from omnimate.calib.umbmark.square import factor_ends
 from omnimate.vehicle.floor import CONCRETE_ROUGHNESS
 
 if TYPE_CHECKING:
@@ -251,12 +251,8 @@ def _repeat(space: Space, make: Callable[[int], PlannedDrive]) -> list[PlannedDr
 
 def _residual_error(truck: Truck, bound: Array) -> float:
     """Return the mean E_max,syst [m] on the square for errors of wheelbase and E_d with this covariance."""
-    model, columns = Differential(truck), []
-    for coordinate in (0, 2):
-        step = np.zeros(3)
-        step[coordinate] = 1e-6
-        columns.append(square_returns(truck, model.truck_at(step), _TEST_SIDE)[:, :2] / 1e-6)
+    _, slopes = factor_ends(truck, _TEST_SIDE, np.zeros(2))
     spread = np.linalg.cholesky(bound[np.ix_([0, 2], [0, 2])])
     errors = np.random.default_rng(0).standard_normal((_DRAWS, 2)) @ spread.T
-    returns = np.einsum("nk,kij->nij", errors, np.array(columns))
+    returns = np.einsum("nk,ijk->nij", errors, slopes[:, :2])
     return float(np.linalg.norm(returns, axis=2).max(axis=1).mean())

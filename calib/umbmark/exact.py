@@ -34,7 +34,7 @@ def square_returns(believed: Truck, actual: Truck, side: float) -> Array:
     The odometry uses the parameters of `believed`, and drives squares of `side` [m] with those of `actual`.
     """
     factors = factors_between(believed, actual)
-    return square_ends(believed, side, np.array([factors.c_left, factors.c_right, factors.e_b]))[0]
+    return square_ends(believed, side, np.array([factors.c_left, factors.c_right, factors.e_b]))
 
 
 def weights_of_centres(errors: ReturnErrors, method: ExactMethod) -> Array:

@@ -17,7 +17,7 @@ from omnimate.calib.apply import corrected_truck
 from omnimate.calib.distributions import fisher_tail
 from omnimate.calib.umbmark.exact import solve_exact, square_returns
 from omnimate.calib.umbmark.return_errors import MIRROR
-from omnimate.calib.umbmark.square import factor_scales, square_ends
+from omnimate.calib.umbmark.square import factor_ends
 from omnimate.calib.umbmark.uncertainty import factor_slopes
 
 if TYPE_CHECKING:
@@ -159,10 +159,10 @@ def _headings(experiment: Experiment) -> tuple[Advice, ...]:
     if not errors.has_headings:
         return ()
     correction = solve_exact(errors, truck)
-    actual = corrected_truck(truck, correction.e_b, correction.e_d)
-    predicted = square_returns(truck, actual, errors.side)[:, 2]
-    measured = errors.centres[:, 2]
-    if not _contradict(experiment, measured - predicted, (correction.e_b, correction.e_d)):
+    factors = np.array([correction.e_b, correction.e_d])
+    ends, by_logs = factor_ends(truck, errors.side, np.log(factors))
+    predicted, measured = ends[:, 2], errors.centres[:, 2]
+    if not _contradict(experiment, measured - predicted, by_logs[:, 2, :] / factors):
         return ()
     size = float(np.hypot(*predicted))
     ratio = float(measured @ predicted) / size**2 if size > _LEAST_HEADING else math.nan
@@ -176,15 +176,17 @@ def _headings(experiment: Experiment) -> tuple[Advice, ...]:
     return (Advice("warning", what, "check how headings are measured; --method exact does without them"),)
 
 
-def _contradict(experiment: Experiment, rest: Array, factors: tuple[float, float]) -> bool:
-    """Return whether headings differ from those that positions predict by more than the runs' scatter."""
-    errors, truck = experiment.errors, experiment.truck
+def _contradict(experiment: Experiment, rest: Array, by_factors: Array) -> bool:
+    """Return whether headings differ from those that positions predict by more than the runs' scatter.
+
+    `rest` `(2,)` are the differences [rad], cw then ccw; `by_factors` `(2, 2)` the slopes of the predicted
+    headings by E_b and E_d.
+    """
+    errors = experiment.errors
     if errors.freedom < _FEW and np.abs(rest).max() > _FAR:
         return True
     if errors.freedom < 2:
         return False
-    scales, by_logs = factor_scales(truck, np.log(np.array(factors)))
-    by_factors = (square_ends(truck, errors.side, scales)[1] @ by_logs)[:, 2, :] / np.array(factors)
     slopes = -by_factors @ factor_slopes(experiment, "exact")
     slopes[[0, 1], [2, 5]] += 1.0
     covariance = slopes @ errors.covariance_of_centres @ slopes.T

@@ -1,4 +1,4 @@
-"""The end of a square in closed form, and its derivatives by the wheel diameters and the wheelbase.
+"""The end of a square in closed form, and the fit of wheelbase and diameter ratio to measured ends.
 
 One leg with its corner is one pose increment, z turned by phi; four of them end at z (1 + u + u^2 + u^3)
 with u = exp(i phi), headed 4 phi. Leg and corner are exact arcs, U (2.5)-(2.15) without small angles.
@@ -7,11 +7,12 @@ with u = exp(i phi), headed 4 phi. Leg and corner are exact arcs, U (2.5)-(2.15)
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.vehicle.arcs import arc, arc_jacobian
+from omnimate.vehicle.arcs import arc
+from omnimate.vehicle.se2 import compose
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,78 +20,45 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Truck
     from omnimate.vehicle.se2 import Array
 
-    Complex = NDArray[np.complex128]
-
-
-class _Arc(NamedTuple):
-    """Chord (x + i y) and turn of an arc, and their slopes `(..., 3)` by both scales and the wheelbase."""
-
-    chord: Complex
-    turn: Array
-    chord_slopes: Complex
-    turn_slopes: Array
-
-
 SIGNS = np.array([-1.0, 1.0])  # cw, ccw
+_DERIVATIVE_STEP = 1e-6  # of a logarithm: central differences are then exact to 1e-9 of the largest slope
 
 
-def square_ends(truck: Truck, side: float, scales: Array) -> tuple[Array, Array]:
-    """Return the ends `(..., 2, 3)` of squares of a side [m], cw then ccw, and their derivatives by `scales`.
+def square_ends(truck: Truck, side: float, scales: Array) -> Array:
+    """Return the ends `(..., 2, 3)` of squares of a side [m], cw then ccw.
 
     `scales` `(..., 3)` are actual left diameter, right diameter and wheelbase over those of `truck`, which
-    the odometry uses; the derivatives have the shape `(..., 2, 3, 3)`.
+    the odometry uses.
     """
     left, right, base = (scales[..., None, column] for column in range(3))
-    zero = np.zeros_like(left * SIGNS)
-    corner = 0.25 * math.pi * truck.wheelbase  # travel of each wheel in a quarter turn on the spot
-    leg = _arc(left, right, base * truck.wheelbase, side + zero, side + zero)
-    spot = _arc(left, right, base * truck.wheelbase, zero - SIGNS * corner, zero + SIGNS * corner)
-    by_scales = [1.0, 1.0, truck.wheelbase]
-    leg_slopes, spot_slopes = leg.turn_slopes * by_scales, spot.turn_slopes * by_scales
-    spin = np.exp(1j * leg.turn)
-    step = leg.chord + spin * spot.chord
-    spot_chord_slopes = spot.chord_slopes * by_scales + 1j * leg_slopes * spot.chord[..., None]
-    step_slopes = leg.chord_slopes * by_scales + spin[..., None] * spot_chord_slopes
-    phi, phi_slopes = leg.turn + spot.turn, leg_slopes + spot_slopes
-    powers = np.exp(1j * phi[..., None] * np.arange(4))
-    place = step * powers.sum(axis=-1)
-    bend = step * (1j * np.arange(4) * powers).sum(axis=-1)
-    slopes = step_slopes * powers.sum(axis=-1)[..., None] + bend[..., None] * phi_slopes
-    ends = np.stack([place.real, place.imag, 4.0 * phi - 2.0 * math.pi * SIGNS], axis=-1)
-    return ends, np.stack([slopes.real, slopes.imag, 4.0 * phi_slopes], axis=-2)
+    wheelbase = base * truck.wheelbase
+    corner = 0.25 * math.pi * truck.wheelbase * SIGNS  # travel of the right wheel in a quarter turn
+    step = compose(arc(left * side, right * side, wheelbase), arc(-left * corner, right * corner, wheelbase))
+    turn = step[..., 2]
+    place = (step[..., 0] + 1j * step[..., 1]) * np.exp(1j * turn[..., None] * np.arange(4)).sum(axis=-1)
+    return np.stack([place.real, place.imag, 4.0 * turn - 2.0 * math.pi * SIGNS], axis=-1)
 
 
-def _arc(left: Array, right: Array, wheelbase: Array, go_left: Array, go_right: Array) -> _Arc:
-    """Return the arc for nominal travel of both wheels, scaled by their diameters."""
-    travel = left * go_left, right * go_right, wheelbase
-    moved, slopes = arc(*travel), arc_jacobian(*travel)
-    turn = moved[..., 2]
-    believed = np.stack([go_left, go_right, np.ones_like(turn)], axis=-1)
-    after = slopes[..., 0, :] + 1j * slopes[..., 1, :]  # in the frame at the arc's end
-    chord_slopes = np.exp(1j * turn)[..., None] * after * believed
-    return _Arc(moved[..., 0] + 1j * moved[..., 1], turn, chord_slopes, slopes[..., 2, :] * believed)
-
-
-def factor_scales(truck: Truck, logs: Array) -> tuple[Array, Array]:
-    """Return the scales `(..., 3)` that log E_b, log E_d `(..., 2)` mean, and their slopes `(..., 3, 2)`.
+def factor_scales(truck: Truck, logs: Array) -> Array:
+    """Return the scales `(..., 3)` of `square_ends` that log E_b, log E_d `(..., 2)` mean.
 
     The mean diameter is held, U (4.28), also if the nominal wheels are unequal.
     """
     e_b, e_d = np.exp(logs[..., 0]), np.exp(logs[..., 1])
     ratio = truck.wheel_diameter_right / truck.wheel_diameter_left
     left = (ratio + 1.0) / (e_d * ratio + 1.0)
-    right = e_d * left
-    share = e_d * ratio / (e_d * ratio + 1.0)  # of the right wheel in the sum of the diameters
-    zero = np.zeros_like(left)
-    slopes = np.stack(
-        [
-            np.stack([zero, -left * share], axis=-1),
-            np.stack([zero, right * (1.0 - share)], axis=-1),
-            np.stack([e_b, zero], axis=-1),
-        ],
-        axis=-2,
-    )
-    return np.stack([left, right, e_b], axis=-1), slopes
+    return np.stack([left, e_d * left, e_b], axis=-1)
+
+
+def factor_ends(truck: Truck, side: float, logs: Array) -> tuple[Array, Array]:
+    """Return the ends `(..., 2, 3)` of squares with log E_b, log E_d `(..., 2)`, and their slopes by these.
+
+    The slopes have the shape `(..., 2, 3, 2)`.
+    """
+    step = _DERIVATIVE_STEP * np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    ends = square_ends(truck, side, factor_scales(truck, logs[..., None, :] + step))
+    slopes = (ends[..., 1::2, :, :] - ends[..., 2::2, :, :]) / (2.0 * _DERIVATIVE_STEP)
+    return ends[..., 0, :, :], np.moveaxis(slopes, -3, -1)
 
 
 _MIN_SIGMA = 1e-9  # [sides of the square, rad] smallest standard deviation, so that all weights are finite
@@ -113,7 +81,7 @@ def fit_factors(
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Return log E_b, log E_d `(..., 2)` whose exact squares fit best, and whether each has converged.
 
-    Gauss-Newton with closed-form derivatives from `start`; a step that makes the fit worse is shortened. The
+    Gauss-Newton from `start`; a step that makes the fit worse is shortened. The
     centres of gravity, x, y [m] and theta [rad], cw then ccw, and their weights, reciprocal standard
     deviations, have the shape `(..., 2, 3)`; a weight of 0 leaves a value out. `truck` has the parameters
     that the odometry used on squares of `side` [m].
@@ -141,11 +109,9 @@ def fit_factors(
 
 def _residual(logs: Array, wanted: Array, weights: Array, truck: Truck, side: float) -> tuple[Array, Array]:
     """Return the weighted residuals `(..., 6)` and their slopes `(..., 6, 2)`."""
-    scales, by_logs = factor_scales(truck, logs)
-    ends, by_scales = square_ends(truck, side, scales)
-    slopes = weights[..., None] * (by_scales @ by_logs[..., None, :, :])
+    ends, slopes = factor_ends(truck, side, logs)
     lead = logs.shape[:-1]
-    return (weights * (ends - wanted)).reshape(*lead, 6), slopes.reshape(*lead, 6, 2)
+    return (weights * (ends - wanted)).reshape(*lead, 6), (weights[..., None] * slopes).reshape(*lead, 6, 2)
 
 
 def _step(residual: Array, slopes: Array, damping: Array) -> Array:

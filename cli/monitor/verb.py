@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from omnimate.cli.monitor.app import MonitorApp
     from omnimate.cli.monitor.lines import Wanted
     from omnimate.driver.robot.watch.bus_watch import BusWatch, Opener, Snapshot
-    from omnimate.files.logs.streaming import LogStream
+    from omnimate.files.logs.blocks import LogStream
     from omnimate.vehicle.parameters import VehicleParameters
 
 SCREEN = (80, 24)  # characters of a picture
@@ -123,7 +123,7 @@ def _opener(
 
         return lambda: open_bus(bus, bitrate)
     from omnimate.driver.bus.replay import LogBus
-    from omnimate.files.logs.streaming import LogStream
+    from omnimate.files.logs.blocks import LogStream
 
     assert source is not None  # one of the two is given
     log = log_of(source)

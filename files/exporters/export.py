@@ -13,8 +13,8 @@ from omnimate.files.errors import ExportError
 from omnimate.files.exporters.messages import Messages
 from omnimate.files.exporters.parquet import write_frames, write_parquet
 from omnimate.files.exporters.tum import write_tum
+from omnimate.files.logs.blocks import REPORT_EVERY
 from omnimate.files.logs.bus_events import BusEvents
-from omnimate.files.logs.streaming import REPORT_EVERY
 from omnimate.files.logs.writing import SUFFIXES as LOG_SUFFIXES
 from omnimate.files.logs.writing import log_suffix, open_writer, written_whole
 
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
     from omnimate.files.exporters.drive import Drive
     from omnimate.files.exporters.messages import Message
+    from omnimate.files.logs.blocks import LogStream
     from omnimate.files.logs.frames import Frame
-    from omnimate.files.logs.streaming import LogStream
 
     WriteMessage = Callable[[Message], None]  # called in order of time
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from omnimate.files.logs.streaming import LogStream
+    from omnimate.files.logs.blocks import LogStream
     from omnimate.vehicle.parameters import VehicleParameters
 
 

@@ -50,9 +50,9 @@ class Table:
             raise self._error(key, value, "a finite number")
         return float(value)
 
-    def switch(self, key: str, *, default: bool = False) -> bool:
-        """Return true or false."""
-        value = self._take(key, default)
+    def switch(self, key: str) -> bool:
+        """Return true or false; false where it is absent."""
+        value = self._take(key, False)
         if not isinstance(value, bool):
             raise self._error(key, value, "true or false")
         return value

@@ -16,7 +16,7 @@ from omnimate.calib.umbmark.experiment import Experiment, calibrate
 from omnimate.calib.umbmark.floor import square_covariance
 from omnimate.calib.umbmark.printed import Method
 from omnimate.calib.umbmark.return_errors import MIRROR, ReturnErrors
-from omnimate.calib.umbmark.square import factor_scales, fit_factors, square_ends, weights_of
+from omnimate.calib.umbmark.square import factor_ends, fit_factors, weights_of
 from omnimate.calib.umbmark.uncertainty import uncertainty_of
 from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_single
@@ -150,8 +150,7 @@ def factor_bound(
     [rad] of one ccw run, whose mirror image a cw run has. An infinite variance means: not measured.
     """
     logs = np.log(np.array(factors, np.float64))
-    scales, by_logs = factor_scales(truck, logs)
-    slopes = square_ends(truck, side, scales)[1] @ by_logs / np.exp(logs)
+    slopes = factor_ends(truck, side, logs)[1] / np.exp(logs)
     used = np.isfinite(np.diag(covariance))
     information = np.zeros((2, 2))
     for slope, count, mirror in zip(slopes, runs, (MIRROR, np.ones(3)), strict=True):

@@ -326,7 +326,7 @@ def test_a_log_that_is_read_in_small_blocks_is_printed_as_at_once(log, monkeypat
     log.write_text("".join([*shifted[:500], long, *shifted[500:]]))
     at_once = run(log, *options)
     assert at_once.exit_code == 0, at_once.output
-    monkeypatch.setattr(block_reader.BlockReader.__init__, "__defaults__", (512, False, 0, 0))
+    monkeypatch.setattr(block_reader.BlockReader.__init__, "__defaults__", (512,))
     in_blocks = run(log, *options)
     assert (in_blocks.stdout, in_blocks.stderr) == (at_once.stdout, at_once.stderr)
     assert len(in_blocks.stdout.splitlines()) > 9

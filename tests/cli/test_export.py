@@ -70,7 +70,7 @@ def test_a_library_that_is_missing_is_named_with_its_extra_before_anything_is_re
 ):
     monkeypatch.setitem(sys.modules, library, None)
     monkeypatch.setattr("omnimate.files.recordings.folder.read_recording", None)  # nothing is computed before
-    monkeypatch.setattr("omnimate.files.logs.streaming.LogStream", None)  # nor read
+    monkeypatch.setattr("omnimate.files.logs.blocks.LogStream", None)  # nor read
     for source in (small_drive, small_drive / "can.log"):
         result = omnimate("export", source, tmp_path / name)
         assert result.code == 1

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from omnimate.files.logs.formats.candump_kernel import scan
-from omnimate.files.logs.formats.candump_lines import LOG_LINE, ONLY_CLASSICAL, STAMP, parse_line
-from omnimate.files.logs.frames import FD
+from omnimate.files.logs.formats.candump_lines import LOG_LINE, STAMP, parse_line, refuse_fd
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -89,14 +88,13 @@ class BlockParser:
         return table.frames(tuple(self.channels))
 
     def _parse_line(self, line: bytes, row: int, table: Table) -> None:
-        frame = parse_line(line)
-        if not isinstance(frame, str) and frame.flags & FD and not self.fd:
-            frame = ONLY_CLASSICAL
+        frame = refuse_fd(parse_line(line), fd=self.fd)
         number = None if isinstance(frame, str) else self._number(frame.channel)
         if isinstance(frame, str):
-            self.skip(self.lines + row + 1, line, frame)
+            self.skipped.append(skipped_line(self.lines + row + 1, line, frame))
         elif number is None:
-            self.skip(self.lines + row + 1, line, f"more than {_MAX_CHANNELS} interfaces in one log")
+            reason = f"more than {_MAX_CHANNELS} interfaces in one log"
+            self.skipped.append(skipped_line(self.lines + row + 1, line, reason))
         else:
             table.put(row, frame, number)
 
@@ -106,11 +104,10 @@ class BlockParser:
             return None
         return self.channels.setdefault(channel, len(self.channels))
 
-    def skip(self, line: int, text: bytes, reason: str) -> None:
-        """Note a line that holds no frame."""
-        self.skipped.append(
-            SkippedLine(line, text[:_EXCERPT_LENGTH].decode(errors="replace").rstrip(), reason)
-        )
+
+def skipped_line(line: int, text: bytes, reason: str, *, is_end: bool = False) -> SkippedLine:
+    """Return a line that holds no frame, with the beginning of its text."""
+    return SkippedLine(line, text[:_EXCERPT_LENGTH].decode(errors="replace").rstrip(), reason, is_end)
 
 
 def _unread_name(scanned: Scanned) -> str | None:

@@ -112,6 +112,11 @@ def parse_line(line: bytes) -> Frame | str:
     return "expected `(seconds) interface ID#DATA`, as `candump -L` prints"
 
 
+def refuse_fd(frame: Frame | str, *, fd: bool) -> Frame | str:
+    """Return what was read, or where it is a CAN FD frame and `fd` is not wanted, that it is left out."""
+    return ONLY_CLASSICAL if isinstance(frame, Frame) and frame.flags & FD and not fd else frame
+
+
 def _with_seconds(line: bytes) -> bytes:
     """Return a line whose time is a date with its seconds since 1970, and any other as it is."""
     date = _DATE.match(line)

@@ -18,9 +18,9 @@ from omnimate.files.logs.formats.candump_lines import (
     CANFD_FDF,
     ERROR_BIT,
     FD_LENGTHS,
-    ONLY_CLASSICAL,
     fd_bits,
     fd_flags,
+    refuse_fd,
 )
 from omnimate.files.logs.frames import (
     DEFAULT_CHANNEL,
@@ -108,7 +108,7 @@ def read_capture(file: BinaryIO, *, fd: bool = True) -> Iterator[Frame | Skipped
     number = 0
     try:
         for number, frame in enumerate(_packets(file), start=1):
-            result = ONLY_CLASSICAL if isinstance(frame, Frame) and frame.flags & FD and not fd else frame
+            result = refuse_fd(frame, fd=fd)
             yield SkippedLine(number, f"packet {number}", result) if isinstance(result, str) else result
     except EOFError:
         yield SkippedLine(number + 1, "", "", is_end=True)

@@ -11,9 +11,8 @@ from omnimate.files.logs.formats.capture import CaptureFormat, capture_format_of
 from omnimate.files.logs.formats.python_can_logs import (
     Format,
     format_of,
-    read_blf,
+    read_binary,
     read_lines,
-    read_mf4,
 )
 from omnimate.vehicle.errors import LogError
 
@@ -43,22 +42,16 @@ def read_entries(
     Raises:
         LogError: What the format needs is not installed.
     """
-    if form == "blf":
-        yield from read_blf(content, fd=fd)
-    elif form == "pcap" or form == "pcapng":  # noqa: PLR1714 -- so that the type of the rest is known
-        yield from read_capture(content.file(), fd=fd)
-    elif form == "mf4":
+    if form == "blf" or form == "mf4":  # noqa: PLR1714 -- so that the type of the rest is known
         try:
-            yield from read_mf4(content.path, fd=fd)
+            yield from read_binary(content, form, fd=fd)
         except ImportError as error:
             needed = "an MF4 file needs the library asammdf: pip install 'omnimate[mf4]'"
             raise LogError(content.path, None, needed) from error
+    elif form == "pcap" or form == "pcapng":  # noqa: PLR1714 -- likewise
+        yield from read_capture(content.file, fd=fd)
     elif form == "minimon":
-        text = _text(content).read()
-        frames, skipped = minimon.read_trace(text)
-        yield from frames
-        lines = 0 if text.endswith("\n") else len(text.splitlines())
-        yield from (line._replace(is_end=line.line == lines) for line in skipped)
+        yield from minimon.read_trace(_text(content))
     else:
         yield from read_lines(_text(content), form, fd=fd)
     if content.damaged:
@@ -66,4 +59,4 @@ def read_entries(
 
 
 def _text(content: BlockReader) -> io.TextIOWrapper:
-    return io.TextIOWrapper(content.file(), "utf-8-sig", errors="replace")
+    return io.TextIOWrapper(content.file, "utf-8-sig", errors="replace")

@@ -10,7 +10,7 @@ from omnimate.files.logs.formats.candump_blocks import SkippedLine
 from omnimate.files.logs.frames import EXTENDED, REMOTE, Frame
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
 SIGNATURE = b"ASCII Trace IXXAT MiniMon"
 
@@ -21,21 +21,21 @@ _LENGTH = re.compile(r"DLC = ([0-8])")
 _START = {"Date: ": "%d.%m.%Y", "Start time: ": "%H:%M:%S"}
 
 
-def read_trace(text: str) -> tuple[list[Frame], list[SkippedLine]]:
-    """Return the frames of a trace, and the lines that hold none with the reason."""
-    lines = text.splitlines()
-    heads = (number for number, line in enumerate(lines) if line.startswith('"Time"'))
-    first = next(heads, len(lines) - 1) + 1
-    start = _start_time(lines[:first])
-    frames: list[Frame] = []
-    skipped: list[SkippedLine] = []
-    for number, line in enumerate(lines[first:], start=first + 1):
+def read_trace(lines: Iterable[str]) -> Iterator[Frame | SkippedLine]:
+    """Yield the frames of a trace, and the lines that hold none with the reason."""
+    numbered = enumerate(lines, start=1)
+    head = []
+    for _, line in numbered:
+        head.append(line)
+        if line.startswith('"Time"'):
+            break
+    start = _start_time(head)
+    for number, line in numbered:
         frame = _parse_row(line, start) if line.strip() else None
         if isinstance(frame, str):
-            skipped.append(SkippedLine(number, line[:80], frame))
+            yield SkippedLine(number, line.removesuffix("\n")[:80], frame, is_end=not line.endswith("\n"))
         elif frame is not None:
-            frames.append(frame)
-    return frames, skipped
+            yield frame
 
 
 def _start_time(head: Iterable[str]) -> float:

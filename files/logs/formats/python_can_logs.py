@@ -17,7 +17,6 @@ from omnimate.files.logs.frames import BRS, DEFAULT_CHANNEL, ERROR, ESI, EXTENDE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
-    from pathlib import Path
 
     import can
 
@@ -107,41 +106,38 @@ def message_of_frame(frame: Frame) -> can.Message:
     )
 
 
-def read_blf(content: BlockReader, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
-    """Yield the frames of a Vector BLF file, and what was left out.
+def read_binary(
+    content: BlockReader, form: Literal["blf", "mf4"], *, fd: bool = True
+) -> Iterator[Frame | SkippedLine]:
+    """Yield the frames of a Vector BLF file or of an ASAM MDF 4 file with bus logging, and what was left out.
 
     Without `fd`, CAN FD frames are left out.
-    """
-    import can  # noqa: PLC0415 -- only who reads such a file needs python-can
-
-    number = 0
-    try:
-        reader = can.BLFReader(content.file())
-        for number, message in enumerate(reader, start=1):
-            yield _entry(message, number, fd=fd)
-    except Exception as error:  # noqa: BLE001 -- python-can lets any error of its parsing through
-        yield SkippedLine(number + 1, "", f"python-can cannot read on: {error!r}", is_end=True)
-        return
-    if content.passed < reader.file_size:
-        yield SkippedLine(number + 1, "", "", is_end=True)
-
-
-def read_mf4(path: Path, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
-    """Yield the frames of an ASAM MDF 4 file with bus logging, and what was left out.
 
     Raises:
-        ImportError: asammdf is not installed.
+        ImportError: asammdf is not installed, and the file is an MDF.
     """
-    import asammdf  # noqa: F401, PLC0415 -- an extra; python-can says it only later, and in other words
     import can  # noqa: PLC0415 -- only who reads such a file needs python-can
 
-    number = 0
+    library = "python-can"
+    if form == "mf4":
+        import asammdf  # noqa: F401, PLC0415 -- an extra; python-can says it only later, and in other words
+
+        library = "asammdf"
+    number, size = 0, 0
     try:
-        with can.MF4Reader(path) as reader:
+        with can.MF4Reader(content.path) if form == "mf4" else can.BLFReader(content.file) as reader:
+            size = reader.file_size if isinstance(reader, can.BLFReader) else 0
             for number, message in enumerate(reader, start=1):
-                yield _entry(message, number, fd=fd)
-    except Exception as error:  # noqa: BLE001 -- asammdf lets any error of its parsing through
-        yield SkippedLine(number + 1, "", f"asammdf cannot read on: {error!r}", is_end=True)
+                frame = frame_of_message(message, fd=fd)
+                if isinstance(frame, str):
+                    yield SkippedLine(number, str(message)[:80].rstrip(), frame)
+                else:
+                    yield frame
+    except Exception as error:  # noqa: BLE001 -- both let any error of their parsing through
+        yield SkippedLine(number + 1, "", f"{library} cannot read on: {error!r}", is_end=True)
+        return
+    if content.passed < size:
+        yield SkippedLine(number + 1, "", "", is_end=True)
 
 
 def read_lines(lines: Iterable[str], form: LineFormat, *, fd: bool = True) -> Iterator[Frame | SkippedLine]:
@@ -210,11 +206,6 @@ def _is_no_asc_frame(line: str) -> bool:
 
 
 _IS_NO_FRAME = {"asc": _is_no_asc_frame, "csv": lambda line: not line.strip(), "trc": _is_no_trc_frame}
-
-
-def _entry(message: can.Message, number: int, *, fd: bool) -> Frame | SkippedLine:
-    frame = frame_of_message(message, fd=fd)
-    return SkippedLine(number, str(message)[:80].rstrip(), frame) if isinstance(frame, str) else frame
 
 
 def _name(channel: object) -> str:

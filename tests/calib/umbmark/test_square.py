@@ -22,8 +22,7 @@ def test_eight_arcs_one_by_one_end_at_the_same_place(log_b: float, log_d: float,
     """The closed form is the dead reckoning of four legs and four corners, also from unequal wheels."""
     believed = Truck(0.34, 0.15, right)
     actual = corrected_truck(believed, np.exp(log_b), np.exp(log_d))
-    scales, _ = factor_scales(believed, np.array([log_b, log_d]))
-    ends, _ = square_ends(believed, 4.0, scales)
+    ends = square_ends(believed, 4.0, factor_scales(believed, np.array([log_b, log_d])))
     corner = 0.25 * np.pi * believed.wheelbase
     for end, sign in zip(ends, SIGNS, strict=True):
         left = actual.wheel_diameter_left / 0.15 * np.tile([4.0, -sign * corner], 4)
@@ -32,25 +31,10 @@ def test_eight_arcs_one_by_one_end_at_the_same_place(log_b: float, log_d: float,
         assert end == pytest.approx(driven, abs=1e-11)
 
 
-@given(LOG, SMALL_LOG, DIAMETER)
-def test_the_slopes_are_those_of_the_ends(log_b: float, log_d: float, right: float) -> None:
-    """Central differences agree with the derivatives, through wheels where the legs are straight and not."""
-    truck, logs, step = Truck(0.34, 0.15, right), np.array([log_b, log_d]), 1e-6
-
-    def ends(at: np.ndarray) -> np.ndarray:
-        return square_ends(truck, 4.0, factor_scales(truck, at)[0])[0]
-
-    scales, by_logs = factor_scales(truck, logs)
-    slopes = square_ends(truck, 4.0, scales)[1] @ by_logs
-    for column, nudge in enumerate(step * np.eye(2)):
-        wanted = (ends(logs + nudge) - ends(logs - nudge)) / (2.0 * step)
-        assert slopes[..., column] == pytest.approx(wanted, abs=1e-5 * np.abs(slopes).max())
-
-
 def test_truths_come_back_from_far_away() -> None:
     """Noise-free, thousands of wild robots (E_b to 10 %, E_d to 2 %) are found to rounding from zero."""
     truths = np.random.default_rng(1).uniform([-0.1, -0.02], [0.1, 0.02], (2000, 2))
-    centres, _ = square_ends(TRUCK, 4.0, factor_scales(TRUCK, truths)[0])
+    centres = square_ends(TRUCK, 4.0, factor_scales(TRUCK, truths))
     logs, converged = fit_factors(centres, PLACES, TRUCK, 4.0)
     assert converged.all()
     assert np.abs(logs - truths).max() < 1e-12
@@ -59,14 +43,14 @@ def test_truths_come_back_from_far_away() -> None:
 def test_the_fit_is_the_least() -> None:
     """With scatter, no neighbour fits better."""
     chance = np.random.default_rng(2)
-    centres = square_ends(TRUCK, 4.0, factor_scales(TRUCK, np.array([-0.02, 0.001]))[0])[0]
+    centres = square_ends(TRUCK, 4.0, factor_scales(TRUCK, np.array([-0.02, 0.001])))
     centres = centres + chance.normal(0.0, 0.02, (50, 2, 3))
     weights = np.array([[1.0, 1.0, 2.0]] * 2)
     logs, converged = fit_factors(centres, weights, TRUCK, 4.0)
     assert converged.all()
 
     def cost(at: np.ndarray) -> np.ndarray:
-        ends, _ = square_ends(TRUCK, 4.0, factor_scales(TRUCK, at)[0])
+        ends = square_ends(TRUCK, 4.0, factor_scales(TRUCK, at))
         return np.sum((weights * (ends - centres)) ** 2, axis=(-1, -2))
 
     for nudge in (1e-5, 0.0), (-1e-5, 0.0), (0.0, 1e-6), (0.0, -1e-6):
@@ -75,7 +59,7 @@ def test_the_fit_is_the_least() -> None:
 
 def test_what_has_no_weight_does_not_count() -> None:
     """Not even where it is not a number; and a start beside the solution changes nothing."""
-    centres = square_ends(TRUCK, 4.0, factor_scales(TRUCK, np.array([-0.02, 0.001]))[0])[0]
+    centres = square_ends(TRUCK, 4.0, factor_scales(TRUCK, np.array([-0.02, 0.001])))
     blind = centres * [1.0, 1.0, np.nan]
     logs, _ = fit_factors(blind, PLACES, TRUCK, 4.0)
     assert logs == pytest.approx([-0.02, 0.001], abs=1e-12)

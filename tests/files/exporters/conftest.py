@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from omnimate.files.exporters.drive import drive_of
+from omnimate.files.logs.blocks import LogStream
 from omnimate.files.logs.frames import ERROR, Frame, concatenate, frames_of
 from omnimate.files.logs.recording_to_frames import frames_of_recording
-from omnimate.files.logs.streaming import LogStream
 from omnimate.files.logs.writing import open_writer
 from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.recording import Gap, Lap, Poses, Recording, Run

@@ -15,8 +15,8 @@ from omnimate.files.exporters.export import export_drive, export_frames
 from omnimate.files.exporters.messages import speeds
 from omnimate.files.importers.rosbag.importer import read_bag
 from omnimate.files.importers.rosbag.plan import plan_of_options
+from omnimate.files.logs.blocks import LogStream
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, nanoseconds
-from omnimate.files.logs.streaming import LogStream
 from omnimate.vehicle.arcs import arc, integrate
 from tests.files.exporters.conftest import silent, written_log
 from tests.files.logs.any_frames import logs

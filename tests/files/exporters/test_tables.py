@@ -8,8 +8,8 @@ from hypothesis import given
 
 from omnimate.files.errors import ExportError
 from omnimate.files.exporters.export import export_drive, export_frames
+from omnimate.files.logs.blocks import LogStream
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
-from omnimate.files.logs.streaming import LogStream
 from tests.files.exporters.conftest import silent, written_log
 from tests.files.logs.any_frames import logs
 

@@ -3,9 +3,9 @@
 import pytest
 
 from omnimate.files.importers.bus_log import import_log
+from omnimate.files.logs.blocks import LogStream
 from omnimate.files.logs.frames import FD, Frame
 from omnimate.files.logs.recording_to_frames import frames_of_recording
-from omnimate.files.logs.streaming import LogStream
 from omnimate.files.logs.writing import open_writer
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.errors import RecordingError

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from omnimate.files.logs import blocks as module
-from omnimate.files.logs import streaming
 from omnimate.files.logs.blocks import LogBlocks, read_log
 from omnimate.files.logs.formats import block_reader
 from omnimate.files.logs.frames import concatenate
@@ -26,7 +25,7 @@ BROKEN = [
 @pytest.fixture(params=["one thread", "threads"])
 def is_parallel(request, monkeypatch):
     """Read in blocks of 4 kB, by the interpreter alone or by threads of machine code."""
-    monkeypatch.setattr(block_reader.BlockReader.__init__, "__defaults__", (4096, False, 0, 0))
+    monkeypatch.setattr(block_reader.BlockReader.__init__, "__defaults__", (4096,))
     if request.param == "threads":
         monkeypatch.setattr(module, "PARALLEL_SIZE", 0)
     return request.param == "threads"
@@ -94,7 +93,7 @@ def test_what_is_kept_of_a_log_without_frames_is_a_thousand_lines(tmp_path):
     path.write_text("garbage\n" * 3000 + LINES[0])
     log = LogBlocks(path)
     assert sum(len(piece) for piece in log) == 1
-    assert (len(log.skipped), log.left_out) == (streaming.MAX_SKIPPED_LINES, 3000)
+    assert (len(log.skipped), log.left_out) == (module.MAX_SKIPPED_LINES, 3000)
     assert list(log.problems())[-1].endswith("skipped: 2000 lines more")
 
 

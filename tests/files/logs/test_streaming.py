@@ -12,11 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.files.logs import streaming
-from omnimate.files.logs.blocks import read_log
+from omnimate.files.logs import blocks as module
+from omnimate.files.logs.blocks import LogStream, read_log
 from omnimate.files.logs.formats.block_reader import BlockReader
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, SENT, Frame
-from omnimate.files.logs.streaming import LogStream
 from omnimate.files.logs.writing import SUFFIXES, log_suffix, open_writer, written_whole
 from omnimate.vehicle.errors import LogError
 from tests.files.logs.any_frames import CLASSICAL, KINDS, any_frames, logs
@@ -162,7 +161,7 @@ def test_a_file_without_a_frame_is_an_error(tmp_path):
 
 @pytest.mark.parametrize("suffix", [".log", ".pcap", ".blf"])
 def test_memory_does_not_grow_with_the_log(tmp_path, suffix, monkeypatch):
-    monkeypatch.setattr(streaming, "BlockReader", lambda path, size=1 << 14: BlockReader(path, size))
+    monkeypatch.setattr(module, "BlockReader", lambda path, size=1 << 14: BlockReader(path, size))
 
     def rows(count):
         return (Frame(1e9 + 1e-4 * number, 0x181, b"12345678") for number in range(count))
