@@ -49,13 +49,9 @@ class AdapterTime:
 
 
 class Clock(Protocol):
-    """The recording's clock and the pace of SYNC.
+    """The recording's clock and the pace of SYNC."""
 
-    Attributes:
-        inline: Whether time stops between SYNCs, so that an SDO dialogue may run in between.
-    """
-
-    inline: bool
+    inline: bool  # whether time stops between SYNCs, so that an SDO dialogue may run in between
 
     def due(self) -> float:
         """Return how long to wait before the next SYNC [s]; 0 or less when it is due."""

@@ -39,24 +39,19 @@ LSS_TIMEOUT = 0.1  # [s], as of `omnimate lss`
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """The nodes and the traffic of a bus.
+    """The nodes and the traffic of a bus."""
 
-    Attributes:
-        nodes: Objects that were read from each node, in the order of their ids; of a node that was heard and
-            does not answer, the id and a remark.
-        traffic: NMT states, SYNCs, masters and PDOs by the frames on the bus.
-        without_id: Identities of the devices without a node id; empty where they were not asked for.
-        given: Node ids that were given, with the identity of the device.
-        sent: Number of frames that were sent, by kind: LSS or SDO readings.
-        has_other_master: Whether another master works on the bus.
-    """
-
+    # objects that were read from each node, in the order of their ids; of a node that was heard and does not
+    # answer, the id and a remark
     nodes: tuple[NodeReading, ...]
-    traffic: BusTraffic
+    traffic: BusTraffic  # NMT states, SYNCs, masters and PDOs by the frames on the bus
+    # identities of the devices without a node id; empty where they were not asked for
     without_id: tuple[Identity, ...] = ()
+    # node ids that were given, with the identity of the device
     given: dict[int, Identity] = field(default_factory=dict)
+    # number of frames that were sent, by kind: LSS or SDO readings
     sent: Counter[str] = field(default_factory=Counter)
-    has_other_master: bool = False
+    has_other_master: bool = False  # whether another master works on the bus
 
     def state(self, node: NodeReading) -> int | None:
         """Return the NMT state of a node by its heartbeat, or by PDOs that only an operational node sends."""

@@ -19,29 +19,21 @@ MAX_TIMES = 200  # SYNCs or heartbeats of which the times are stored
 
 @dataclass(slots=True)
 class BusTraffic:
-    """Node states, SYNCs, signs of a master and PDOs by the frames of a bus.
+    """Node states, SYNCs, signs of a master and PDOs by the frames of a bus."""
 
-    Attributes:
-        states: NMT state of each node in its last heartbeat or node guarding answer; 0 is boot-up.
-        beats: Times of the last heartbeats of each node [s].
-        guarded: Nodes that a master guards by remote frames.
-        nodes: Nodes that sent a frame: heartbeat, SDO answer or EMCY.
-        foreign_sdo: Nodes to which another master sends SDO requests.
-        syncs: Times of the last SYNCs [s].
-        has_counter: Whether SYNC has a counter.
-        masters: Number of frames that only a master sends, by kind.
-        pdos: Number of frames of every other identifier.
-    """
-
+    # NMT state of each node in its last heartbeat or node guarding answer; 0 is boot-up
     states: dict[int, int] = field(default_factory=dict)
+    # times of the last heartbeats of each node [s]
     beats: dict[int, deque[float]] = field(default_factory=dict)
-    guarded: set[int] = field(default_factory=set)
-    nodes: set[int] = field(default_factory=set)
-    foreign_sdo: set[int] = field(default_factory=set)
+    guarded: set[int] = field(default_factory=set)  # nodes that a master guards by remote frames
+    nodes: set[int] = field(default_factory=set)  # nodes that sent a frame: heartbeat, SDO answer or EMCY
+    foreign_sdo: set[int] = field(default_factory=set)  # nodes to which another master sends SDO requests
+    # times of the last SYNCs [s]
     syncs: deque[float] = field(default_factory=lambda: deque(maxlen=MAX_TIMES))
-    has_counter: bool = False
+    has_counter: bool = False  # whether SYNC has a counter
+    # number of frames that only a master sends, by kind
     masters: Counter[str] = field(default_factory=Counter)
-    pdos: Counter[int] = field(default_factory=Counter)
+    pdos: Counter[int] = field(default_factory=Counter)  # number of frames of every other identifier
 
     @property
     def sync_period(self) -> float | None:

@@ -29,20 +29,14 @@ SPAN = 4  # views over which speeds are taken
 
 @dataclass(frozen=True, slots=True)
 class RobotView:
-    """Where the robot is by the last sample.
+    """Where the robot is by the last sample."""
 
-    Attributes:
-        samples: Number of samples.
-        missing: Channels that the last sample lacks.
-        linkage: Angle of each joint [rad] and length of the link [m].
-        speeds: Speed of each wheel over the last second [m/s], by the time stamps of its frames.
-        poses: Pose of each truck by odometry, from zero at the first sample [m, m, rad].
-    """
-
-    samples: int
-    missing: tuple[Channel, ...]
-    linkage: Mapping[Channel, float]
+    samples: int  # number of samples
+    missing: tuple[Channel, ...]  # channels that the last sample lacks
+    linkage: Mapping[Channel, float]  # angle of each joint [rad] and length of the link [m]
+    # speed of each wheel over the last second [m/s], by the time stamps of its frames
     speeds: Mapping[Channel, float]
+    # pose of each truck by odometry, from zero at the first sample [m, m, rad]
     poses: Mapping[TruckName, PoseTuple]
 
 
