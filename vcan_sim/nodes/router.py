@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.nodes.device import SYNC_ID
 from omnimate.vcan_sim.nodes.lss import MASTER
 
 if TYPE_CHECKING:
@@ -27,21 +26,13 @@ class Router:
         """Look up the RPDOs again at the next frame; for changes of a device's configuration."""
         self._routes = None
 
-    def receive_message(self, message: can.Message, now: float) -> None:
-        """Pass a message, received at a time [s], to all devices that process it, including SYNC."""
+    def receive(self, message: can.Message, now: float) -> None:
+        """Pass a message other than SYNC, received at a time [s], to all devices that process it."""
         can_id, data = message.arbitration_id, bytes(message.data)
         if message.is_remote_frame:
             for device in self._devices:
                 device.on_remote(can_id, now)
-        elif can_id == SYNC_ID:
-            for device in self._devices:
-                device.on_sync(now, data)
-        else:
-            self.receive(can_id, data, now)
-
-    def receive(self, can_id: int, data: bytes, now: float) -> None:
-        """Pass a data frame other than SYNC, received at a time [s], to all devices that process it."""
-        if can_id == 0x000:
+        elif can_id == 0x000:
             self._on_nmt(data, now)
         elif 0x600 < can_id <= 0x67F:
             self._on_sdo(can_id - 0x600, data, now)
