@@ -13,8 +13,8 @@ from omnimate.vcan_sim.faults import FaultSchedule
 from omnimate.vcan_sim.nodes.build import build_devices
 from omnimate.vcan_sim.nodes.device import SYNC_ID
 from omnimate.vcan_sim.nodes.drive import DriveDevice
+from omnimate.vcan_sim.nodes.encoder import Latch
 from omnimate.vcan_sim.nodes.router import Router
-from omnimate.vcan_sim.nodes.sensor import Latch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
