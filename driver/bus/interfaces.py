@@ -6,6 +6,7 @@ import queue
 import socket
 import struct
 import time
+from copy import copy
 from typing import Any
 
 import can
@@ -115,18 +116,6 @@ class FastVirtualBus(VirtualBus):
         stamp = time.time()
         for receiver in self.channel:
             if receiver is not self.queue:
-                receiver.put(_copy(msg, stamp), timeout=timeout)
-
-
-def _copy(message: can.Message, stamp: float) -> can.Message:
-    return can.Message(
-        timestamp=stamp,
-        arbitration_id=message.arbitration_id,
-        is_extended_id=message.is_extended_id,
-        is_remote_frame=message.is_remote_frame,
-        is_error_frame=message.is_error_frame,
-        is_fd=message.is_fd,
-        bitrate_switch=message.bitrate_switch,
-        dlc=message.dlc,
-        data=bytearray(message.data),
-    )
+                received = copy(msg)
+                received.timestamp, received.data, received.is_rx = stamp, bytearray(msg.data), True
+                receiver.put(received, timeout=timeout)

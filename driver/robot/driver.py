@@ -214,8 +214,7 @@ class Driver:
 
     def report(self) -> DriverReport:
         """Return the counters, events and gaps so far."""
-        skipped = getattr(self._clock, "skipped", 0)
-        report = make_report(self.vehicle, self._monitor, self._syncs, skipped)
+        report = make_report(self.vehicle, self._monitor, self._syncs, self._clock.skipped)
         return replace(report, troubles=self.drives.troubles)
 
     def close(self) -> None:

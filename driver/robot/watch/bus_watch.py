@@ -10,7 +10,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple, Self, cast
 
 import can
 
@@ -169,7 +169,7 @@ class BusWatch:
     def _follow(self) -> None:
         """Receive until the bus fails or the watch ends."""
         if self._robot is not None:
-            self._robot.follow(self, self._clock)
+            self._robot.follow(cast("can.BusABC", self), self, self._clock)
         while True:
             message = self.recv()
             if message is not None:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import TYPE_CHECKING
 
-from omnimate.driver.canopen.network import FrameSink
 from omnimate.driver.robot.passive import PassiveReader
 from omnimate.files.logs.decoding import encoder_conversion
 from omnimate.vehicle.odometry import Odometer
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     import can
 
     from omnimate.driver.bus.clock import Clock
+    from omnimate.driver.canopen.network import FrameSink
     from omnimate.driver.robot.events import Event
     from omnimate.vehicle.arcs import PoseTuple
     from omnimate.vehicle.parameters import Channel, TruckName, VehicleParameters
@@ -40,14 +40,6 @@ class RobotView:
     poses: Mapping[TruckName, PoseTuple]
 
 
-class TappedBus(FrameSink, Protocol):
-    """Interface of a watched bus for a reader: it receives frames, and records them with their times."""
-
-    def recv(self, timeout: float | None = None) -> can.Message | None:
-        """Return the next frame, or None."""
-        ...
-
-
 class RobotWatch:
     """The robot by its odometry, which continues from the last pose when a lost bus is back."""
 
@@ -59,9 +51,9 @@ class RobotWatch:
         self._sample: Sample | None = None
         self._before: deque[Sample] = deque(maxlen=SPAN + 1)
 
-    def follow(self, bus: TappedBus, clock: Clock) -> None:
+    def follow(self, bus: can.BusABC, recorder: FrameSink, clock: Clock) -> None:
         """Take the samples of a bus until it fails with BusError, with the times of a clock."""
-        self._reader = PassiveReader(self._vehicle, cast("can.BusABC", bus), recorder=bus, clock=clock)
+        self._reader = PassiveReader(self._vehicle, bus, recorder=recorder, clock=clock)
         self._before.clear()
         odometers = {truck: Odometer(self._vehicle, truck, start) for truck, start in self._poses.items()}
         for sample in self._reader.samples(idle=math.inf, patience=math.inf):
