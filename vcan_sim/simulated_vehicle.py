@@ -119,11 +119,11 @@ class SimulatedVehicle:
         if message.is_extended_id or message.is_error_frame or message.is_fd:
             return
         if message.arbitration_id == SYNC_ID and not message.is_remote_frame:
-            self._on_sync(bytes(message.data))
+            self._on_sync(message)
         else:
             self._router.receive(message, self.time)
 
-    def _on_sync(self, data: bytes) -> None:
+    def _on_sync(self, message: can.Message) -> None:
         """Advance the plant by one period, latch all counts, and run the devices' answers and timers."""
         self.syncs += 1
         self._time = self.syncs * self._period
@@ -131,8 +131,7 @@ class SimulatedVehicle:
         self._run_faults(now)
         self.plant.step(self._speeds(), self._period)
         self._latch.take(self.plant.raw_counts())
-        for device in self._devices:
-            device.on_sync(now, data)
+        self._router.receive(message, now)
         self._run_device_timers(now)
 
     def _speeds(self) -> Sequence[float]:

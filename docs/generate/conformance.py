@@ -51,7 +51,7 @@ class Simulated:
 
     def receive(self, message: can.Message, now: float) -> None:
         """Take a frame at a time [s]."""
-        self._router.receive_message(message, now)
+        self._router.receive(message, now)
 
     def run(self, now: float) -> None:
         """Do what is due at a time [s]."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from omnimate.vcan_sim.nodes.device import SYNC_ID
 from omnimate.vcan_sim.nodes.lss import MASTER
 
 if TYPE_CHECKING:
@@ -27,11 +28,14 @@ class Router:
         self._routes = None
 
     def receive(self, message: can.Message, now: float) -> None:
-        """Pass a message other than SYNC, received at a time [s], to all devices that process it."""
+        """Pass a message, received at a time [s], to all devices that process it."""
         can_id, data = message.arbitration_id, bytes(message.data)
         if message.is_remote_frame:
             for device in self._devices:
                 device.on_remote(can_id, now)
+        elif can_id == SYNC_ID:
+            for device in self._devices:
+                device.on_sync(now, data)
         elif can_id == 0x000:
             self._on_nmt(data, now)
         elif 0x600 < can_id <= 0x67F:
@@ -40,11 +44,14 @@ class Router:
             for device in self._devices:
                 device.on_heartbeat(can_id - 0x700, now)
         elif can_id == MASTER:
-            for device in self._devices:
-                device.on_lss(data, now)
-            self.invalidate_routes()
+            self._on_lss(data, now)
         else:
             self._on_rpdo(can_id, data, now)
+
+    def _on_lss(self, data: bytes, now: float) -> None:
+        for device in self._devices:
+            device.on_lss(data, now)
+        self.invalidate_routes()
 
     def _on_nmt(self, data: bytes, now: float) -> None:
         if len(data) == 2:
