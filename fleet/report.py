@@ -27,67 +27,39 @@ MIN_DRIFT_LOG_E = math.log(20.0)
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """The most probable change in a robot's history.
+    """The most probable change in a robot's history."""
 
-    Attributes:
-        robot: Name of the robot.
-        kind: Type of the robot.
-        log_e: Natural logarithm of the e-value of any change against none.
-        name: Name of the quantity that most probably changed, one of `PARAMETERS` or `JOINT_NUMBERS`.
-        share: Probability of that quantity, given that one changed [0 to 1].
-        since: Most probable date of its beginning, YYYY-MM-DD.
-        earliest: 5 % quantile of that date.
-        latest: 95 % quantile of that date.
-        shape: Step or ramp.
-        size: Change until the last day [1 or rad].
-        sigma: Its standard deviation [1 or rad].
-        per_day: Slope of a ramp [1/day or rad/day]; 0 for a step.
-    """
-
-    robot: str
-    kind: str
-    log_e: float
-    name: str
-    share: float
-    since: str
-    earliest: str
-    latest: str
-    shape: Shape
-    size: float
-    sigma: float
-    per_day: float
+    robot: str  # name of the robot
+    kind: str  # type of the robot
+    log_e: float  # natural logarithm of the e-value of any change against none
+    name: str  # name of the quantity that most probably changed, one of `PARAMETERS` or `JOINT_NUMBERS`
+    share: float  # probability of that quantity, given that one changed [0 to 1]
+    since: str  # most probable date of its beginning, YYYY-MM-DD
+    earliest: str  # 5 % quantile of that date
+    latest: str  # 95 % quantile of that date
+    shape: Shape  # step or ramp
+    size: float  # change until the last day [1 or rad]
+    sigma: float  # its standard deviation [1 or rad]
+    per_day: float  # slope of a ramp [1/day or rad/day]; 0 for a step
 
 
 @dataclass(frozen=True, slots=True)
 class BadPlace:
-    """A place of the floor where robots lose travel, or creep.
+    """A place of the floor where robots lose travel, or creep."""
 
-    Attributes:
-        effect: "loss": wheels lose a part of their travel; "creep": trucks shift in one direction, in
-            proportion to travel.
-        x: X of its centre in the world frame [m].
-        y: Y of its centre [m].
-        reach: Its radius [m].
-        covariance: Covariance of x and y [m^2], `(2, 2)`.
-        size: Fraction of the travel that is lost, `(1,)`, or creep along x and y per metre, `(2,)` [1].
-        sigma: Standard deviations of `size`, of the same shape.
-        gain: Twice the log likelihood ratio of the place against none: chi-squared without a place.
-        crossings: Number of segments over it.
-        floor: Name of its floor; "" for the only one.
-        edge: Standard deviation of its edge from crossing to crossing [half cells]; not stored.
-    """
-
+    # "loss": wheels lose a part of their travel; "creep": trucks shift in one direction, in proportion to
+    # travel
     effect: PlaceEffect
-    x: float
-    y: float
-    reach: float
-    covariance: Array
-    size: Array
-    sigma: Array
-    gain: float
-    crossings: int
-    floor: str = ""
-    edge: float = 0.0
+    x: float  # x of its centre in the world frame [m]
+    y: float  # y of its centre [m]
+    reach: float  # its radius [m]
+    covariance: Array  # covariance of x and y [m^2], `(2, 2)`
+    size: Array  # fraction of the travel that is lost, `(1,)`, or creep along x and y per metre, `(2,)` [1]
+    sigma: Array  # standard deviations of `size`, of the same shape
+    gain: float  # twice the log likelihood ratio of the place against none: chi-squared without a place
+    crossings: int  # number of segments over it
+    floor: str = ""  # name of its floor; "" for the only one
+    edge: float = 0.0  # standard deviation of its edge from crossing to crossing [half cells]; not stored
 
     @property
     def per_crossing(self) -> float:
@@ -144,32 +116,22 @@ class FloorSummary:
 
 @dataclass(frozen=True, slots=True)
 class DailyReport:
-    """The report of one day.
+    """The report of one day."""
 
-    Attributes:
-        day: Date of the last recordings, YYYY-MM-DD.
-        recordings: Number of recordings of that day.
-        failed: Recordings without results, each as (robot, recording, reason).
-        changes: The most probable change of each robot, healthy or faulty.
-        faulty: Changes of the faulty robots, the most significant first.
-        repeated: Robots that are not faulty, for which triage repeats the same mismatch.
-        places: Bad places, by floor, the most significant of each floor first.
-        floors: The floors, that with most recordings first.
-        histories: Histories of all robots; empty in a report from `report_store.read_report`, where
-            `read_history` returns them.
-        driven: For each floor, the cells that were driven over: x and y [m] and number of segments, `(N, 3)`;
-            empty in a report from `read_report`, where `read_floor` returns them.
-    """
-
-    day: str
-    recordings: int
-    failed: tuple[tuple[str, str, str], ...]
-    changes: tuple[Change, ...]
-    faulty: tuple[Change, ...]
+    day: str  # date of the last recordings, YYYY-MM-DD
+    recordings: int  # number of recordings of that day
+    failed: tuple[tuple[str, str, str], ...]  # recordings without results, each as (robot, recording, reason)
+    changes: tuple[Change, ...]  # the most probable change of each robot, healthy or faulty
+    faulty: tuple[Change, ...]  # changes of the faulty robots, the most significant first
+    # robots that are not faulty, for which triage repeats the same mismatch
     repeated: tuple[RepeatedMismatch, ...]
-    places: tuple[BadPlace, ...]
-    floors: tuple[FloorSummary, ...]
+    places: tuple[BadPlace, ...]  # bad places, by floor, the most significant of each floor first
+    floors: tuple[FloorSummary, ...]  # the floors, that with most recordings first
+    # histories of all robots; empty in a report from `report_store.read_report`, where `read_history` returns
+    # them
     histories: tuple[History, ...] = ()
+    # for each floor, the cells that were driven over: x and y [m] and number of segments, `(N, 3)`; empty in
+    # a report from `read_report`, where `read_floor` returns them
     driven: Mapping[str, Array] = field(default_factory=dict)
 
     @property

@@ -38,26 +38,19 @@ _DEFAULT_POSE_SIGMA = np.array([0.003, 0.003, 0.003])
 
 @dataclass(frozen=True, slots=True)
 class Segments:
-    """The segments of one truck in one recording.
+    """The segments of one truck in one recording."""
 
-    Attributes:
-        time: Time at the end of each segment [s], `(S,)`.
-        residual: Measured pose at the end less odometry's from the pose at the start, in the world's frame
-            [m, m, rad], `(S, 3)`.
-        jacobian: Its derivative by `PARAMETERS` [m, m, rad], `(S, 3, 3)`.
-        unit_covariance: Its covariance for a roughness of 1 m/sqrt(m), `(S, 3, 3)`.
-        lever: End less start of the path [m], `(S, 2)`: an error of the first heading times this, turned by
-            90 degrees, is the error of the end.
-        sigma: Standard deviations of the first and of the last pose [m, m, rad], `(S, 2, 3)`.
-        follows: Whether the first pose of a segment is the last one of the segment before, `(S,)`.
-    """
-
-    time: Array
+    time: Array  # time at the end of each segment [s], `(S,)`
+    # measured pose at the end less odometry's from the pose at the start, in the world's frame [m, m, rad],
+    # `(S, 3)`
     residual: Array
-    jacobian: Array
-    unit_covariance: Array
+    jacobian: Array  # its derivative by `PARAMETERS` [m, m, rad], `(S, 3, 3)`
+    unit_covariance: Array  # its covariance for a roughness of 1 m/sqrt(m), `(S, 3, 3)`
+    # end less start of the path [m], `(S, 2)`: an error of the first heading times this, turned by 90
+    # degrees, is the error of the end
     lever: Array
-    sigma: Array
+    sigma: Array  # standard deviations of the first and of the last pose [m, m, rad], `(S, 2, 3)`
+    # whether the first pose of a segment is the last one of the segment before, `(S,)`
     follows: NDArray[np.bool_]
 
     def __len__(self) -> int:
@@ -85,20 +78,15 @@ class Segments:
 
 @dataclass(frozen=True, slots=True)
 class Crossings:
-    """One row for each segment and each cell that one of its wheels, or the truck's middle, goes over.
+    """One row for each segment and each cell that one of its wheels, or the truck's middle, goes over."""
 
-    Attributes:
-        segment: Number of the segment, `(K,)`.
-        cell: Number of the cell along x and along y, `(K, 2)`.
-        loss: Derivative of the residual by the fraction of their travel that wheels lose in the cell
-            [m, m, rad], `(K, 3)`.
-        creep: Travel of the truck's middle over the cell [m], `(K,)`: derivative of the residual's x by creep
-            along x per metre, and of its y by creep along y.
-    """
-
-    segment: NDArray[np.int32]
-    cell: NDArray[np.int32]
+    segment: NDArray[np.int32]  # number of the segment, `(K,)`
+    cell: NDArray[np.int32]  # number of the cell along x and along y, `(K, 2)`
+    # derivative of the residual by the fraction of their travel that wheels lose in the cell [m, m, rad],
+    # `(K, 3)`
     loss: Array
+    # travel of the truck's middle over the cell [m], `(K,)`: derivative of the residual's x by creep along x
+    # per metre, and of its y by creep along y
     creep: Array
 
     def rows(self, rows: NDArray[np.int64]) -> Crossings:

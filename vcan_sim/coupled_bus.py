@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from omnimate.vcan_sim.faults import DeviceFault
-    from omnimate.vcan_sim.simulated_vehicle import Plant
+    from omnimate.vcan_sim.plant import Plant
     from omnimate.vehicle.parameters import VehicleParameters
 
 

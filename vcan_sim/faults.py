@@ -29,21 +29,15 @@ _BOUNDS = {"node": (1.0, 127.0), "at": (0.0, math.inf), "duration": (0.0, math.i
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeviceFault:
-    """Base class of the faults of devices.
-
-    Attributes:
-        node: Node id of the device.
-        at: Time at which the fault begins, on the devices' clock [s].
-        duration: Time for which the fault lasts [s].
-    """
+    """Base class of the faults of devices."""
 
     name: ClassVar[str]
     bounds: ClassVar[dict[str, tuple[float, float]]] = {}
     flags: ClassVar[dict[str, Any]] = {}  # fields of `Disturbance` with a fixed value
 
-    node: int
-    at: float = 0.0
-    duration: float = math.inf
+    node: int  # node id of the device
+    at: float = 0.0  # time at which the fault begins, on the devices' clock [s]
+    duration: float = math.inf  # time for which the fault lasts [s]
 
     def __post_init__(self) -> None:
         """Refuse impossible values with a FaultError."""
@@ -96,30 +90,22 @@ class Reboot(DeviceFault):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WrongLength(DeviceFault):
-    """The device's PDOs have another length than their mapping: cut, or filled up with zeros.
-
-    Attributes:
-        length: Length of the PDOs [byte].
-    """
+    """The device's PDOs have another length than their mapping: cut, or filled up with zeros."""
 
     name = "length"
     bounds: ClassVar[dict[str, tuple[float, float]]] = {"length": (0, 8)}
 
-    length: int = 3
+    length: int = 3  # length of the PDOs [byte]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EmergencyMessage(DeviceFault):
-    """The device reports an error by EMCY, and reports its end.
-
-    Attributes:
-        code: Error code of the EMCY message; by default 5000h (device hardware).
-    """
+    """The device reports an error by EMCY, and reports its end."""
 
     name = "emcy"
     bounds: ClassVar[dict[str, tuple[float, float]]] = {"code": (0x0001, 0xFFFF)}
 
-    code: int = 0x5000
+    code: int = 0x5000  # error code of the EMCY message; by default 5000h (device hardware)
 
     def begin(self, device: Device, now: float) -> None:
         """Report the error."""
@@ -142,22 +128,16 @@ class FrozenCounter(DeviceFault):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Babbling(DeviceFault):
-    """The device floods the bus.
-
-    Attributes:
-        frames: Number of frames in one burst.
-        every: Time between two bursts [s]; with the clock "sync" there is at most one burst per SYNC.
-        cob_id: COB-ID of the frames; None for the device's own PDO.
-        data: Data of the frames, as hexadecimal digits; None for the last data of the PDO.
-    """
+    """The device floods the bus."""
 
     name = "babbling"
     bounds: ClassVar[dict[str, tuple[float, float]]] = {"frames": (1, 1000), "every": (1e-4, math.inf)}
 
-    frames: int = 20
+    frames: int = 20  # number of frames in one burst
+    # time between two bursts [s]; with the clock "sync" there is at most one burst per SYNC
     every: float = 0.01
-    cob_id: int | None = None
-    data: str | None = None
+    cob_id: int | None = None  # COB-ID of the frames; None for the device's own PDO
+    data: str | None = None  # data of the frames, as hexadecimal digits; None for the last data of the PDO
 
     def changes(self) -> dict[str, Any]:
         """Set `babble`."""
@@ -167,18 +147,13 @@ class Babbling(DeviceFault):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClockJitter(DeviceFault):
-    """Some answers to SYNC are late; with the clock "sync" they follow the next SYNC.
-
-    Attributes:
-        late_by: Delay of a late answer [s].
-        late_every: One of this number of answers is late.
-    """
+    """Some answers to SYNC are late; with the clock "sync" they follow the next SYNC."""
 
     name = "jitter"
     bounds: ClassVar[dict[str, tuple[float, float]]] = {"late_by": (0.0, 10.0), "late_every": (1, 1_000_000)}
 
-    late_by: float = 0.01
-    late_every: int = 2
+    late_by: float = 0.01  # delay of a late answer [s]
+    late_every: int = 2  # one of this number of answers is late
 
 
 FAULTS: tuple[type[DeviceFault], ...] = (

@@ -27,29 +27,23 @@ _KINDS: dict[str, Kind] = {
 class Bump:
     """An obstacle, either put under one wheel or lying at a place of the floor.
 
-    Attributes:
-        height: Height of the obstacle, or diameter of the cable [m].
-        shape: Shape of the obstacle: "cable", "edge" or CLAPPER's approximation "chord".
-        wheel: Wheel under which the obstacle is put; None for an obstacle on the floor, for every
-            wheel that passes there.
-        after: Travel of that wheel at which it encounters the obstacle, since the lap began or, without a
-            lap, since the start [m].
-        lap: Number of the lap in which the obstacle is put there, from 0; None for the whole drive.
-        x: Place of the obstacle on the floor, x [m].
-        y: Place of the obstacle on the floor, y [m].
-        size: Radius around x and y within which a wheel's contact point encounters the obstacle [m].
-
     Raises:
         SimulationError: The wheel or the shape is not known, or height or size is not positive.
     """
 
-    height: float = 0.010
-    shape: Shape = "cable"
+    height: float = 0.010  # height of the obstacle, or diameter of the cable [m]
+    shape: Shape = "cable"  # shape of the obstacle: "cable", "edge" or CLAPPER's approximation "chord"
+    # wheel under which the obstacle is put; None for an obstacle on the floor, for every wheel that passes
+    # there
     wheel: Channel | None = None
+    # travel of that wheel at which it encounters the obstacle, since the lap began or, without a lap, since
+    # the start [m]
     after: float = 0.0
+    # number of the lap in which the obstacle is put there, from 0; None for the whole drive
     lap: int | None = None
-    x: float = 0.0
-    y: float = 0.0
+    x: float = 0.0  # place of the obstacle on the floor, x [m]
+    y: float = 0.0  # place of the obstacle on the floor, y [m]
+    # radius around x and y within which a wheel's contact point encounters the obstacle [m]
     size: float = 0.05
 
     def __post_init__(self) -> None:
@@ -95,17 +89,14 @@ def parse_bump(text: str) -> Bump:
 class Floor:
     """A floor.
 
-    Attributes:
-        roughness: Standard deviation of a wheel's travel after one metre [m/sqrt(m)]; it grows with the
-            square root of the travel, independently for each wheel (Chong & Kleeman, 1997).
-        bumps: Obstacles on the floor.
-
     Raises:
         SimulationError: The roughness is negative or not finite.
     """
 
+    # standard deviation of a wheel's travel after one metre [m/sqrt(m)]; it grows with the square root of the
+    # travel, independently for each wheel (Chong & Kleeman, 1997)
     roughness: float = CONCRETE_ROUGHNESS
-    bumps: tuple[Bump, ...] = ()
+    bumps: tuple[Bump, ...] = ()  # obstacles on the floor
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.roughness) and self.roughness >= 0.0):

@@ -10,15 +10,11 @@ Problem = Callable[[str], Exception]
 
 
 class Kind(NamedTuple):
-    """A type of values and its parser.
+    """A type of values and its parser."""
 
-    Attributes:
-        read: Function from the text to the value; raises `ValueError` if the text is invalid.
-        expected: What the text should be, for the error message.
-    """
-
+    # function from the text to the value; raises `ValueError` if the text is invalid
     read: Callable[[str], object]
-    expected: str
+    expected: str  # what the text should be, for the error message
 
 
 def _number(text: str) -> float:

@@ -2,45 +2,29 @@
 
 from __future__ import annotations
 
-import logging
 import math
-import threading
 import time
 from collections import deque
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Literal
 
 import can
 
-from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.faults import FaultSchedule
 from omnimate.vcan_sim.nodes.build import build_devices
 from omnimate.vcan_sim.nodes.device import SYNC_ID
 from omnimate.vcan_sim.nodes.drive import DriveDevice
+from omnimate.vcan_sim.nodes.encoder import Latch
 from omnimate.vcan_sim.nodes.router import Router
-from omnimate.vcan_sim.nodes.sensor import Latch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from omnimate.vcan_sim.faults import DeviceFault
     from omnimate.vcan_sim.nodes.device import Device
+    from omnimate.vcan_sim.plant import Plant
     from omnimate.vehicle.parameters import VehicleParameters
 
-_log = logging.getLogger(__name__)
-
 _TOLERANCE = 1e-9  # [s] of comparisons; device times are sums of periods, with rounding errors
-_MAX_WAIT = 0.05  # [s] after which the thread checks for `stop` and injected faults
-
-
-class Plant(Protocol):
-    """The mechanics that the devices move and measure."""
-
-    def step(self, wheel_speeds: Sequence[float], dt: float) -> None:
-        """Turn the wheels, in the order of `vehicle.wheels` [rad/s], for `dt` [s]."""
-
-    def raw_counts(self) -> Sequence[int]:
-        """Return the counts, in the order of `vehicle.channels`, within each encoder's width and sign."""
-        ...
 
 
 class SimulatedVehicle:
@@ -49,8 +33,7 @@ class SimulatedVehicle:
     With the clock "sync" the devices' time, for heartbeats, event timers and faults, is the number of SYNCs
     times the SYNC period, and does not depend on the machine. With the clock "wall" it is the monotonic time
     since the start, and timers run without SYNC, too. With both, the plant advances by one SYNC period for
-    each SYNC. The drives (6083h, 6084h) limit the acceleration to twice the vehicle's limit. The `failure`
-    that ended the thread is an error; None without one.
+    each SYNC. The drives (6083h, 6084h) limit the acceleration to twice the vehicle's limit.
     """
 
     def __init__(
@@ -79,7 +62,6 @@ class SimulatedVehicle:
         self.vehicle = vehicle
         self.plant = plant
         self.syncs = 0
-        self.failure: Exception | None = None
         self._bus = bus
         self._period = vehicle.bus.sync_period
         self._wall = clock == "wall"
@@ -93,8 +75,6 @@ class SimulatedVehicle:
         self._drives = self._drives_by_wheel()
         self._schedule = FaultSchedule(self.devices, faults)
         self._injected: deque[DeviceFault] = deque()
-        self._thread: threading.Thread | None = None
-        self._stopping = threading.Event()
         for device in self._devices:
             device.boot(0.0)
 
@@ -116,34 +96,6 @@ class SimulatedVehicle:
         return max(0.0, due - self.time) if due < math.inf else None
 
     # Running
-
-    def start(self) -> None:
-        """Process the frames of the bus in a thread, until `stop`; raises SimulationError if it runs."""
-        if self._thread is not None:
-            raise SimulationError("the simulated vehicle has been started already; stop it first")
-        self._stopping.clear()
-        self._thread = threading.Thread(target=self._run, name="simulated vehicle", daemon=True)
-        self._thread.start()
-
-    def stop(self) -> None:
-        """End the thread, if there is one."""
-        if self._thread is not None:
-            self._stopping.set()
-            self._thread.join()
-            self._thread = None
-
-    def _run(self) -> None:
-        try:
-            while not self._stopping.is_set():
-                wait = self.wait()
-                message = self._bus.recv(_MAX_WAIT if wait is None else min(wait, _MAX_WAIT))
-                if message is not None:
-                    self.receive(message)
-                if self._wall or self._injected:
-                    self._run_timers(self.time)
-        except (can.CanError, OSError) as error:
-            self.failure = error
-            _log.exception("the simulated vehicle has lost its bus")
 
     def poll(self) -> int:
         """Process all waiting frames and due timers; return the number of frames."""
@@ -167,11 +119,11 @@ class SimulatedVehicle:
         if message.is_extended_id or message.is_error_frame or message.is_fd:
             return
         if message.arbitration_id == SYNC_ID and not message.is_remote_frame:
-            self._on_sync(bytes(message.data))
+            self._on_sync(message)
         else:
-            self._router.receive_message(message, self.time)
+            self._router.receive(message, self.time)
 
-    def _on_sync(self, data: bytes) -> None:
+    def _on_sync(self, message: can.Message) -> None:
         """Advance the plant by one period, latch all counts, and run the devices' answers and timers."""
         self.syncs += 1
         self._time = self.syncs * self._period
@@ -179,8 +131,7 @@ class SimulatedVehicle:
         self._run_faults(now)
         self.plant.step(self._speeds(), self._period)
         self._latch.take(self.plant.raw_counts())
-        for device in self._devices:
-            device.on_sync(now, data)
+        self._router.receive(message, now)
         self._run_device_timers(now)
 
     def _speeds(self) -> Sequence[float]:

@@ -23,14 +23,14 @@ from omnimate.cli.monitor.lines import (
     robot_lines,
     table_lines,
 )
-from omnimate.driver.robot.watch.bus_watch import REFRESH
+from omnimate.driver.robot.bus_watch import REFRESH
 from omnimate.vehicle.atomic import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from omnimate.cli.descriptions import Descriptions
-    from omnimate.driver.robot.watch.bus_watch import BusWatch, Snapshot
+    from omnimate.driver.robot.bus_watch import BusWatch, Snapshot
     from omnimate.files.logs.live_table import LiveRow
 
 EVENTS = 4  # lines

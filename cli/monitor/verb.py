@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from omnimate.cli.descriptions import Descriptions
     from omnimate.cli.monitor.app import MonitorApp
     from omnimate.cli.monitor.lines import Wanted
-    from omnimate.driver.robot.watch.bus_watch import BusWatch, Opener, Snapshot
+    from omnimate.driver.robot.bus_watch import BusWatch, Opener, Snapshot
     from omnimate.files.logs.blocks import LogStream
     from omnimate.vehicle.parameters import VehicleParameters
 
@@ -68,7 +68,7 @@ def monitor(
 ) -> None:
     """Watch a bus in the terminal: rates, values, node states, odometry. Sends nothing."""
     from omnimate.cli.monitor.lines import Wanted
-    from omnimate.driver.robot.watch.bus_watch import BusWatch
+    from omnimate.driver.robot.bus_watch import BusWatch
 
     if (source is None) == (bus is None):
         raise CallError("monitor watches either a bus (--bus URL) or a log; give one of them")

@@ -18,8 +18,8 @@ import canopen
 from omnimate.driver.conformance.probe import Probe
 from omnimate.driver.conformance.run import CHECKS, Result, conform
 from omnimate.vcan_sim.nodes.build import build_devices
+from omnimate.vcan_sim.nodes.encoder import Latch
 from omnimate.vcan_sim.nodes.router import Router
-from omnimate.vcan_sim.nodes.sensor import Latch
 from omnimate.vcan_sim.reference import reference_vehicle
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class Simulated:
 
     def receive(self, message: can.Message, now: float) -> None:
         """Take a frame at a time [s]."""
-        self._router.receive_message(message, now)
+        self._router.receive(message, now)
 
     def run(self, now: float) -> None:
         """Do what is due at a time [s]."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Protocol
 
 FRAME_STEP = 1e-6  # [s] between two frames of `SyncClock`: the last digit of a candump log
 ANSWER_WINDOW = 0.5  # [s] of host time for the answers to one SYNC of `SyncClock`
@@ -48,47 +47,13 @@ class AdapterTime:
         return min(now, stamp + min(self._least, self._previous_least))
 
 
-class Clock(Protocol):
-    """The recording's clock and the pace of SYNC.
-
-    Attributes:
-        inline: Whether time stops between SYNCs, so that an SDO dialogue may run in between.
-    """
-
-    inline: bool
-
-    def due(self) -> float:
-        """Return how long to wait before the next SYNC [s]; 0 or less when it is due."""
-        ...
-
-    def sync(self) -> float:
-        """Note that a SYNC is sent now and return its time [s]."""
-        ...
-
-    def remaining(self) -> float:
-        """Return how long answers to the last SYNC may still be awaited [s]."""
-        ...
-
-    def now(self) -> float:
-        """Return the time on the recording's clock [s]."""
-        ...
-
-    def frame_time(self, stamp: float) -> float:
-        """Return when a frame just read with a `stamp` [s], or 0, was on the recording's clock [s]."""
-        ...
-
-    def sleep(self, seconds: float) -> None:
-        """Let host time pass [s], such as before a lost bus is opened again."""
-        time.sleep(seconds)
-
-
-class WallClock(Clock):
+class WallClock:
     """SYNC at equal intervals of monotonic time; times are wall time that no clock adjustment moves.
 
     The `period` between two SYNCs is in [s]; `skipped` counts periods that have passed without a SYNC.
     """
 
-    inline = False
+    inline = False  # an SDO dialogue runs beside SYNC, in a thread
 
     def __init__(self, period: float) -> None:
         self.period = period
@@ -118,12 +83,16 @@ class WallClock(Clock):
         """Return wall time [s]."""
         return time.monotonic() + self._offset
 
+    def sleep(self, seconds: float) -> None:
+        """Let time pass [s], such as before a lost bus is opened again."""
+        time.sleep(seconds)
+
     def frame_time(self, stamp: float) -> float:
         """Return the wall time at which a frame was on the bus [s], by the adapter's stamps where it can."""
         return self._adapter.host_time(stamp, time.monotonic()) + self._offset
 
 
-class SyncClock(Clock):
+class SyncClock:
     """SYNC k has the time start + k * period [s], however long it took; nothing waits for it.
 
     Frames in between follow the SYNC one after the other, `FRAME_STEP` apart, so that no time is the host's.
@@ -134,7 +103,8 @@ class SyncClock(Clock):
         window: Host time in which the answers to a SYNC are awaited [s].
     """
 
-    inline = True
+    inline = True  # time stops between SYNCs, so that an SDO dialogue may run in between
+    skipped = 0  # SYNCs that were left out: the bus waits for its master
 
     def __init__(self, period: float, start: float | None = None, window: float = ANSWER_WINDOW) -> None:
         self.period = period
@@ -169,3 +139,10 @@ class SyncClock(Clock):
         del stamp
         self._frames += 1
         return self.now()
+
+    def sleep(self, seconds: float) -> None:
+        """Let host time pass [s]."""
+        time.sleep(seconds)
+
+
+Clock = WallClock | SyncClock

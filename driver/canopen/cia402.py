@@ -80,14 +80,10 @@ def _await(sdo: Sdo, pump: Callable[[float], None], reached: Callable[[int], boo
 
 @dataclass(frozen=True, slots=True)
 class TargetPdo:
-    """The RPDO of one drive.
+    """The RPDO of one drive."""
 
-    Attributes:
-        cob_id: Its COB-ID.
-        entries: Objects that it carries, in order: the target velocity, control word, mode and fillers.
-    """
-
-    cob_id: int
+    cob_id: int  # its COB-ID
+    # objects that it carries, in order: the target velocity, control word, mode and fillers
     entries: tuple[Entry, ...]
 
     @property

@@ -51,27 +51,20 @@ class FrameSink(Protocol):
 
 
 class BusNetwork(Network):
-    """canopen's network on a bus with a clock and a recorder, without a thread that reads in the background.
-
-    Attributes:
-        can_bus: Bus to send to and to receive from.
-        clock: The recording's clock.
-        recorder: Gets every frame that is sent or received; None for none.
-        handler: Gets every frame that `pump` reads, with the time at which it was on the bus [s].
-        on_wait: Called before each wait of `pump`, which then ends after `LONGEST_WAIT`; None for nothing.
-        on_unrecorded: Called with the time of a frame [s] that the recorder could not take, and why.
-        arrival: When the last frame that was received was on the bus, on the recording's clock [s].
-    """
+    """canopen's network on a bus with a clock and a recorder; no thread reads it in the background."""
 
     def __init__(self, bus: can.BusABC, clock: Clock, recorder: FrameSink | None = None) -> None:
         super().__init__(bus)
-        self.can_bus = bus
-        self.clock = clock
-        self.recorder = recorder
+        self.can_bus = bus  # sends and receives
+        self.clock = clock  # of the recording
+        self.recorder = recorder  # gets every frame that is sent or received; None for none
+        # gets every frame that `pump` reads, with the time at which it was on the bus [s]
         self.handler: Callable[[can.Message, float], None] = lambda _message, _arrival: None
+        # called before each wait of `pump`, which then ends after `LONGEST_WAIT`; None for nothing
         self.on_wait: Callable[[], None] | None = None
+        # called with the time of a frame [s] that the recorder could not take, and why
         self.on_unrecorded: Callable[[float, OSError], None] = lambda _at, _error: None
-        self.arrival = 0.0
+        self.arrival = 0.0  # when the last frame received was on the bus, on the recording's clock [s]
         self._lock = threading.Lock()
         self._sync = can.Message(arbitration_id=SYNC_ID, is_extended_id=False, is_rx=False)
 

@@ -40,34 +40,23 @@ _REMEDIES = (
 
 @dataclass(slots=True)
 class NodeConfiguration:
-    """What was read at one node, what was changed, and what an operator should check.
+    """What was read at one node, what was changed, and what an operator should check."""
 
-    Attributes:
-        node: CANopen node id.
-        names: Channels that the node measures, or wheels that it drives.
-        read: What was read before anything was changed, one line each.
-        changed: What the driver changed, one line each; empty where all was right.
-        remarks: What an operator should check, one line each.
-        ranges: Range by which each channel is unwrapped [counts].
-        lengths: Bytes of each PDO of the node, by COB-ID.
-        timed: COB-IDs of those that are sent by the device's own timer.
-        heartbeat: Heartbeat period [s]; None where the node has none.
-        encoder_objects: Values that a CiA 406 encoder reports about itself, by index, such as the offset
-            6509h and the serial number 650Bh.
-        woken: What it took to have the node answer, in words; None where it answered.
-    """
-
-    node: int
-    names: tuple[str, ...]
-    read: list[str] = field(default_factory=list)
+    node: int  # CANopen node id
+    names: tuple[str, ...]  # channels that the node measures, or wheels that it drives
+    read: list[str] = field(default_factory=list)  # what was read before anything was changed, one line each
+    # what the driver changed, one line each; empty where all was right
     changed: list[str] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)  # what an operator should check, one line each
+    # range by which each channel is unwrapped [counts]
     ranges: dict[Channel, int] = field(default_factory=dict)
-    lengths: dict[int, int] = field(default_factory=dict)
-    timed: set[int] = field(default_factory=set)
-    heartbeat: float | None = None
+    lengths: dict[int, int] = field(default_factory=dict)  # bytes of each PDO of the node, by COB-ID
+    timed: set[int] = field(default_factory=set)  # COB-IDs of those that are sent by the device's own timer
+    heartbeat: float | None = None  # heartbeat period [s]; None where the node has none
+    # values that a CiA 406 encoder reports about itself, by index, such as the offset 6509h and the serial
+    # number 650Bh
     encoder_objects: dict[int, int] = field(default_factory=dict)
-    woken: str | None = None
+    woken: str | None = None  # what it took to have the node answer, in words; None where it answered
 
     def lines(self) -> tuple[tuple[str, str], ...]:
         """Return each line with its kind: found, changed or remark."""

@@ -39,25 +39,20 @@ class Sdo(SdoClient):
     waits until the first one reads the bus. A request without an answer is repeated twice. Late answers about
     another object, or to a download while the object is uploaded, are dropped; canopen takes them for the
     answer to its last request. Numbers are unsigned when read; negative ones are written as two's complement.
-
-    Attributes:
-        node: CANopen node id of the server.
-        max_responses: How many answers are accepted in one transfer.
-        duplicate_answers: Answers to requests that had been answered, since `reset_duplicate_answers`.
     """
 
     def __init__(
         self, node: int, dictionary: ObjectDictionary, network: Network, pump: Callable[[float], None]
     ) -> None:
         super().__init__(SDO_REQUEST + node, SDO_ANSWER + node, dictionary)  # type: ignore[no-untyped-call]  # canopen
-        self.node = node
+        self.node = node  # CANopen node id of the server
         self.network = network
         self._pump = pump
         self._thread = threading.get_ident()
-        self.max_responses = self._responses_left = MAX_RESPONSES
+        self.max_responses = self._responses_left = MAX_RESPONSES  # answers accepted in one transfer
         self._object = b""  # index and sub-index of the current transfer as in a frame
         self._not_awaited = DOWNLOADED
-        self.duplicate_answers = 0
+        self.duplicate_answers = 0  # to requests that had been answered, since `reset_duplicate_answers`
         self._answered: set[bytes] = set()  # objects that were asked for once, and answered
         self._asked: set[bytes] = set()
         self._repeated: set[bytes] = set()

@@ -43,17 +43,12 @@ class Check:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """The outcome of a check.
+    """The outcome of a check."""
 
-    Attributes:
-        check: The check.
-        outcome: Whether the device does it, does it wrongly, or does not have it at all where it need not.
-        reason: Why it did not pass; empty where it did.
-    """
-
-    check: Check
+    check: Check  # the check
+    # whether the device does it, does it wrongly, or does not have it at all where it need not
     outcome: Outcome
-    reason: str = ""
+    reason: str = ""  # why it did not pass; empty where it did
 
 
 _CIA_301: Rows = (

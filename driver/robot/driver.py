@@ -18,11 +18,10 @@ from omnimate.driver.errors import BusError, BusLost, in_one_line
 from omnimate.driver.robot.bus_load import check_load, forecast_load
 from omnimate.driver.robot.configure import ConfigurationReport, with_target_bits
 from omnimate.driver.robot.drives import Drives
-from omnimate.driver.robot.encoder_nodes import EncoderNodes
+from omnimate.driver.robot.encoder_nodes import EncoderNodes, Recovery
 from omnimate.driver.robot.events import Trouble
 from omnimate.driver.robot.flight_recorder import FlightRecorder
 from omnimate.driver.robot.monitor import Monitor
-from omnimate.driver.robot.recovery import Recovery
 from omnimate.driver.robot.report import DriverReport, make_report
 from omnimate.driver.robot.stalled_wheels import StallDetector
 
@@ -215,8 +214,7 @@ class Driver:
 
     def report(self) -> DriverReport:
         """Return the counters, events and gaps so far."""
-        skipped = getattr(self._clock, "skipped", 0)
-        report = make_report(self.vehicle, self._monitor, self._syncs, skipped)
+        report = make_report(self.vehicle, self._monitor, self._syncs, self._clock.skipped)
         return replace(report, troubles=self.drives.troubles)
 
     def close(self) -> None:

@@ -44,14 +44,7 @@ INT32 = 2**31 - 1
 
 
 class Drives:
-    """All drives of a vehicle, enabled and commanded together.
-
-    Attributes:
-        is_enabled: Whether commands are taken.
-        troubles: What stopped all wheels since the drives were last enabled; empty where nothing did.
-        speeds: Last command [rad/s] in the order of `vehicle.wheels`.
-        limited: Number of commands that were slowed down to `vehicle.limits.speed`.
-    """
+    """All drives of a vehicle, enabled and commanded together."""
 
     def __init__(
         self,
@@ -61,13 +54,13 @@ class Drives:
         monitor: Monitor,
         watchdog: float,
     ) -> None:
-        self.is_enabled = False
+        self.is_enabled = False  # whether commands are taken
         self._is_alive = False  # the driver's heartbeat has begun, and the drives monitor it from then on
         self._is_disabled = True
-        self.troubles: tuple[Trouble, ...] = ()
+        self.troubles: tuple[Trouble, ...] = ()  # what stopped all wheels since the drives were last enabled
         self._reason = "enable() has not been called"
-        self.speeds = (0.0,) * len(vehicle.wheels)
-        self.limited = 0
+        self.speeds = (0.0,) * len(vehicle.wheels)  # last command [rad/s] in the order of `vehicle.wheels`
+        self.limited = 0  # commands that were slowed down to `vehicle.limits.speed`
         self._vehicle, self._network, self._sdo_of = vehicle, network, sdo_of
         self._events, self._supervision = monitor.events, monitor.supervision
         self._status_words = monitor.status_words

@@ -10,23 +10,14 @@ MAX_EVENTS = 2000  # in a log, so that its memory is bounded
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """An event of a node or the bus, for an operator.
+    """An event of a node or the bus, for an operator."""
 
-    Attributes:
-        time: Time at which it first happened, on the recording's clock [s].
-        last: Time at which it last happened, on the recording's clock [s].
-        count: How often it happened.
-        node: CANopen node id; None where it concerns the bus.
-        what: Description of the event.
-        is_problem: Whether somebody must put it right before the data can be trusted.
-    """
-
-    time: float
-    last: float
-    count: int
-    node: int | None
-    what: str
-    is_problem: bool = False
+    time: float  # time at which it first happened, on the recording's clock [s]
+    last: float  # time at which it last happened, on the recording's clock [s]
+    count: int  # how often it happened
+    node: int | None  # CANopen node id; None where it concerns the bus
+    what: str  # description of the event
+    is_problem: bool = False  # whether somebody must put it right before the data can be trusted
 
 
 class EventListener(Protocol):
@@ -79,43 +70,25 @@ class EventLog:
 
 @dataclass(slots=True)
 class NodeCounts:
-    """How many frames of one node were received, and what was wrong with them.
+    """How many frames of one node were received, and what was wrong with them."""
 
-    Attributes:
-        received: PDOs that entered a sample.
-        missing: SYNCs that a PDO of the node did not answer in time.
-        late: PDOs that came after their sample was closed.
-        duplicate: Second answers to one SYNC.
-        wrong_length: PDOs, heartbeats or EMCYs of an impossible length.
-        unknown: Frames of this node that nothing expects.
-        jumps: Readings that no robot can make.
-    """
-
-    received: int = 0
-    missing: int = 0
-    late: int = 0
-    duplicate: int = 0
-    wrong_length: int = 0
-    unknown: int = 0
-    jumps: int = 0
+    received: int = 0  # PDOs that entered a sample
+    missing: int = 0  # SYNCs that a PDO of the node did not answer in time
+    late: int = 0  # PDOs that came after their sample was closed
+    duplicate: int = 0  # second answers to one SYNC
+    wrong_length: int = 0  # PDOs, heartbeats or EMCYs of an impossible length
+    unknown: int = 0  # frames of this node that nothing expects
+    jumps: int = 0  # readings that no robot can make
 
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """A node, or the bus, that is not as it must be.
+    """A node, or the bus, that is not as it must be."""
 
-    Attributes:
-        time: When it was noticed, on the recording's clock [s].
-        node: CANopen node id; None where it concerns the bus.
-        what: Description of the trouble.
-        has_restarted: Whether the node may have lost its configuration.
-        emergency: Error code of the EMCY frame that reported it; None for any other cause.
-        status: Status word 6041h with which a drive left operation enabled; None for any other cause.
-    """
-
-    time: float
-    node: int | None
-    what: str
-    has_restarted: bool = False
-    emergency: int | None = None
+    time: float  # when it was noticed, on the recording's clock [s]
+    node: int | None  # CANopen node id; None where it concerns the bus
+    what: str  # description of the trouble
+    has_restarted: bool = False  # whether the node may have lost its configuration
+    emergency: int | None = None  # error code of the EMCY frame that reported it; None for any other cause
+    # status word 6041h with which a drive left operation enabled; None for any other cause
     status: int | None = None

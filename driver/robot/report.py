@@ -17,23 +17,14 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True, kw_only=True)
 class NodeReport(NodeCounts):
-    """The state of one node, with its frame counters.
+    """The state of one node, with its frame counters."""
 
-    Attributes:
-        node: CANopen node id.
-        names: Channels that the node measures, and drives of wheels that it contains.
-        state: NMT state in its last heartbeat, in words.
-        restarts: Number of boot-ups and losses of the configuration.
-        emergencies: Number of EMCY frames.
-        is_lost: Whether its heartbeat is overdue.
-    """
-
-    node: int
-    names: tuple[str, ...]
-    state: str
-    restarts: int = 0
-    emergencies: int = 0
-    is_lost: bool = False
+    node: int  # CANopen node id
+    names: tuple[str, ...]  # channels that the node measures, and drives of wheels that it contains
+    state: str  # NMT state in its last heartbeat, in words
+    restarts: int = 0  # number of boot-ups and losses of the configuration
+    emergencies: int = 0  # number of EMCY frames
+    is_lost: bool = False  # whether its heartbeat is overdue
 
     @property
     def is_well(self) -> bool:
@@ -45,28 +36,18 @@ class NodeReport(NodeCounts):
 
 @dataclass(frozen=True, slots=True, eq=False)  # compared by identity: a report is a moment
 class DriverReport:
-    """Counters, events and gaps from the first SYNC until now.
+    """Counters, events and gaps from the first SYNC until now."""
 
-    Attributes:
-        started: Time of the first SYNC [s]; 0 before it.
-        syncs: Number of SYNCs sent or received.
-        skipped: Number of periods that the host let pass without a SYNC.
-        nodes: Report of each node, in order of the node ids.
-        events: Events in order of time.
-        events_dropped: Number of events that were dropped because the log was full.
-        gaps: Gaps of all channels.
-        unknown_frames: Identifier, description and number of frames that nothing expects, by kind.
-        troubles: What stopped all wheels since the drives were last enabled; empty where nothing did.
-    """
-
-    started: float
-    syncs: int
-    skipped: int
-    nodes: tuple[NodeReport, ...]
-    events: tuple[Event, ...]
-    events_dropped: int
-    gaps: tuple[Gap, ...]
+    started: float  # time of the first SYNC [s]; 0 before it
+    syncs: int  # number of SYNCs sent or received
+    skipped: int  # number of periods that the host let pass without a SYNC
+    nodes: tuple[NodeReport, ...]  # report of each node, in order of the node ids
+    events: tuple[Event, ...]  # events in order of time
+    events_dropped: int  # number of events that were dropped because the log was full
+    gaps: tuple[Gap, ...]  # gaps of all channels
+    # identifier, description and number of frames that nothing expects, by kind
     unknown_frames: tuple[tuple[str, str, int], ...]
+    # what stopped all wheels since the drives were last enabled; empty where nothing did
     troubles: tuple[Trouble, ...] = ()
 
     @property

@@ -28,17 +28,12 @@ LONGEST_INHIBIT = 200  # [100 us] between two status words, so that a fault show
 
 @dataclass(frozen=True, slots=True)
 class StatusSource:
-    """How the status word of one drive reaches the driver.
+    """How the status word of one drive reaches the driver."""
 
-    Attributes:
-        node: CANopen node id.
-        fields: COB-ID of each TPDO that carries the status word, and the first bit of it.
-        is_timely: Whether one of them brings every change within `STATUS_AGE`.
-    """
-
-    node: int
+    node: int  # CANopen node id
+    # COB-ID of each TPDO that carries the status word, and the first bit of it
     fields: tuple[tuple[int, int], ...]
-    is_timely: bool
+    is_timely: bool  # whether one of them brings every change within `STATUS_AGE`
 
 
 def status_source(node: int, settings: Iterable[PdoSetting], sync_period: float | None) -> StatusSource:

@@ -1,4 +1,4 @@
-"""Processing of one recording: its results as tables, written once, under their key."""
+"""Processing of one recording: its results as tables, written once, under their key; and their removal."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.umbmark.experiment import experiment_of_recordings
-from omnimate.files.recordings.folder import load_recording
+from omnimate.files.recordings.folder import VEHICLE, load_recording
 from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.store import KEY_LENGTH, folder_of, make_key
 from omnimate.fleet.batch.tables import TABLES, decode_rows, encode_columns
@@ -22,6 +22,7 @@ from omnimate.fleet.features import (
     segment_columns,
 )
 from omnimate.fleet.model.evidence import weigh_segments
+from omnimate.fleet.report_store import delete_history_day, delete_report
 from omnimate.fleet.segments import JOINT_NUMBERS, PARAMETERS, cut_segments
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.triage import triage
@@ -92,12 +93,12 @@ def _path(table: str, stored: StoredRecording, key: str) -> str:
 def _delete_old_results(target: Files, stored: StoredRecording, key: str) -> None:
     """Delete results of the same recording with other keys: of other data, vehicle.toml or software."""
     new = {_path(table, stored, key) for table in RECORDING_TABLES}
-    for path in result_paths(target, stored):
+    for path in _result_paths(target, stored):
         if path not in new:
             target.delete(path)
 
 
-def result_paths(results: Files, stored: StoredRecording) -> list[str]:
+def _result_paths(results: Files, stored: StoredRecording) -> list[str]:
     """Return the paths of a recording's results, in the reverse order of writing: `recordings` first."""
     any_key = "?" * KEY_LENGTH  # `*` would also match the rest of a longer name and its key
     tables = reversed(RECORDING_TABLES)
@@ -220,3 +221,27 @@ def _estimate_umbmark(recording: Recording) -> list[Number]:
             continue  # one direction alone, or no fixes
         rows.append((f"E_max,syst of truck {truck}", "m", errors.e_max_syst, None))
     return rows
+
+
+def delete_recording(store: Files, results: Files, stored: StoredRecording) -> bool:
+    """Delete a recording and its results; return whether there was anything of it.
+
+    The daily report of its day goes where no other recording of that day has results, and the day goes from
+    the robot's history where no other one of the robot has. What is left of an interrupted deletion goes by
+    the next one.
+
+    Raises:
+        OSError: Files cannot be read or written.
+    """
+    files = store.glob(f"{stored.partition}/{stored.name}/*")
+    tables = _result_paths(results, stored)
+    # A recording without vehicle.toml is none, so that no batch takes up a part of one.
+    for path in sorted(files, key=lambda path: not path.endswith(VEHICLE)):
+        store.delete(path)
+    for path in tables:
+        results.delete(path)
+    if not results.glob(f"recordings/{stored.partition}/*.parquet"):
+        delete_history_day(results, stored.robot, stored.day)
+    if not results.glob(f"recordings/robot=*/day={stored.day}/*.parquet"):
+        delete_report(results, stored.day)
+    return bool(files or tables)

@@ -27,23 +27,17 @@ _RANGES: dict[FaultKind, tuple[tuple[str, ...], tuple[str, ...], float, float]] 
 class Fault:
     """One fault of a robot, from some day on.
 
-    Attributes:
-        kind: Kind of the fault, as in `docs/reference/diagnosis.md`.
-        component: Wheel, truck or joint, such as `a.left`, `a` or `joint_a`.
-        day: First day of the fault, from 0.
-        size: Its size: relative change of a diameter or wheelbase [1], bias of a joint [rad], amplitude of
-            the rolling radius [m], or backlash as travel of the wheel [m].
-        days: Days in which it grows from 0 to its size, in proportion to time; 0 for a sudden one.
-
     Raises:
         SimulationError: The kind is not known.
     """
 
-    kind: FaultKind
-    component: str
-    day: int
+    kind: FaultKind  # kind of the fault, as in `docs/reference/diagnosis.md`
+    component: str  # wheel, truck or joint, such as `a.left`, `a` or `joint_a`
+    day: int  # first day of the fault, from 0
+    # its size: relative change of a diameter or wheelbase [1], bias of a joint [rad], amplitude of the
+    # rolling radius [m], or backlash as travel of the wheel [m]
     size: float
-    days: int = 0
+    days: int = 0  # days in which it grows from 0 to its size, in proportion to time; 0 for a sudden one
 
     def __post_init__(self) -> None:
         if self.kind not in FAULTS:
@@ -73,19 +67,12 @@ def draw_fault(kind: str, days: int, chance: np.random.Generator) -> Fault:
 
 
 class WheelFaults:
-    """Faults of wheels, and their state, in the order of `WHEELS`.
+    """Faults of wheels, and their state, in the order of `WHEELS`."""
 
-    Attributes:
-        amplitude: Amplitude of the rolling radius over a turn of an eccentric wheel [m].
-        backlash: Backlash between motor and wheel, end to end, as travel of the wheel [m].
-        motor: Travel of the motor, as travel of the wheel without backlash [m].
-        output: Travel of the wheel [m].
-    """
-
-    amplitude: Annotated[Array, 4]
-    backlash: Annotated[Array, 4]
-    motor: Annotated[Array, 4]
-    output: Annotated[Array, 4]
+    amplitude: Annotated[Array, 4]  # amplitude of the rolling radius over a turn of an eccentric wheel [m]
+    backlash: Annotated[Array, 4]  # backlash between motor and wheel, end to end, as travel of the wheel [m]
+    motor: Annotated[Array, 4]  # travel of the motor, as travel of the wheel without backlash [m]
+    output: Annotated[Array, 4]  # travel of the wheel [m]
 
 
 @compiled

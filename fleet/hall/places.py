@@ -27,26 +27,20 @@ _RANGES: dict[PlaceKind, tuple[float, float, float]] = {
 class Place:
     """A bad place of the floor.
 
-    Attributes:
-        kind: `joint` between slabs: a line, at each crossing of which a wheel loses travel; `oil`: a disc on
-            which wheels slip; `slope`: a disc on which trucks creep.
-        x: X of its centre [m].
-        y: Y of its centre [m].
-        reach: Half the length of a joint, or the radius of an oily patch or slope [m].
-        size: Travel lost at a crossing of a joint [m], fraction of the travel lost on oil [1], or creep per
-            metre of travel on a slope [1].
-        direction: Direction of the joint's line, or of the creep [rad]; not used for oil.
-
     Raises:
         SimulationError: The kind is not known, or the reach is not positive.
     """
 
+    # `joint` between slabs: a line, at each crossing of which a wheel loses travel; `oil`: a disc on which
+    # wheels slip; `slope`: a disc on which trucks creep
     kind: PlaceKind
-    x: float
-    y: float
-    reach: float
+    x: float  # x of its centre [m]
+    y: float  # y of its centre [m]
+    reach: float  # half the length of a joint, or the radius of an oily patch or slope [m]
+    # travel lost at a crossing of a joint [m], fraction of the travel lost on oil [1], or creep per metre of
+    # travel on a slope [1]
     size: float
-    direction: float = 0.0
+    direction: float = 0.0  # direction of the joint's line, or of the creep [rad]; not used for oil
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:

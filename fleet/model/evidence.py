@@ -24,22 +24,15 @@ Effects = dict[int, "Array"]  # effect of a place of unit size on the residuals,
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """The evidence of one recording on its robot and on the floor.
+    """The evidence of one recording on its robot and on the floor."""
 
-    Attributes:
-        residual: All residuals, `(3 S,)`, as in `Segments`.
-        jacobian: Their derivative by the robot's parameters, `(3 S, 3)`.
-        precision: Their inverse covariance, `(3 S, 3 S)`.
-        floor_precision: The precision with the robot's parameters projected out, so that wheel diameters and
-            wheelbase do not change the score of a place.
-        crossings: The cells that the segments cross.
-    """
-
-    residual: Array
-    jacobian: Array
-    precision: Array
+    residual: Array  # all residuals, `(3 S,)`, as in `Segments`
+    jacobian: Array  # their derivative by the robot's parameters, `(3 S, 3)`
+    precision: Array  # their inverse covariance, `(3 S, 3 S)`
+    # the precision with the robot's parameters projected out, so that wheel diameters and wheelbase do not
+    # change the score of a place
     floor_precision: Array
-    crossings: Crossings
+    crossings: Crossings  # the cells that the segments cross
 
     def robot_information(self, effect: Array | float = 0.0) -> tuple[Array, Array]:
         """Return the Fisher information `(3, 3)` on the robot's parameters, and the score `(3,)`.

@@ -53,25 +53,16 @@ class RobotInformation:
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """The quantities of one robot, day by day.
+    """The quantities of one robot, day by day."""
 
-    Attributes:
-        robot: Name of the robot.
-        kind: Type of the robot.
-        names: Names of the quantities, `(P,)`: `PARAMETERS`, and `JOINT_NUMBERS` with a linkage.
-        dates: Dates, YYYY-MM-DD, `(D,)`.
-        days: Days since the first date of the fleet, `(D,)`.
-        value: Values [1 or rad], `(D, P)`.
-        covariance: Their covariance, `(D, P, P)`; days are independent.
-    """
-
-    robot: str
-    kind: str
+    robot: str  # name of the robot
+    kind: str  # type of the robot
+    # names of the quantities, `(P,)`: `PARAMETERS`, and `JOINT_NUMBERS` with a linkage
     names: tuple[str, ...]
-    dates: tuple[str, ...]
-    days: Array
-    value: Array
-    covariance: Array
+    dates: tuple[str, ...]  # dates, YYYY-MM-DD, `(D,)`
+    days: Array  # days since the first date of the fleet, `(D,)`
+    value: Array  # values [1 or rad], `(D, P)`
+    covariance: Array  # their covariance, `(D, P, P)`; days are independent
 
     def sigma(self) -> Array:
         """Return the standard deviations of the values, `(D, P)`."""
@@ -130,23 +121,14 @@ def _solve_day(recordings: Sequence[RobotInformation]) -> tuple[Array, Array] | 
 
 @dataclass(frozen=True, slots=True)
 class NominalVariation:
-    """The nominal variation of robots of one type, for each quantity [1 or rad], `(P,)`.
+    """The nominal variation of robots of one type, for each quantity [1 or rad], `(P,)`."""
 
-    Attributes:
-        start: Median of the robots' values on the first day.
-        start_variance: Variance of these among robots.
-        wear: Median of the robots' changes per day.
-        wear_variance: Variance of these among robots.
-        daily: Variance from day to day beyond the stated uncertainty.
-        sigma: Median standard deviation of a value of one day.
-    """
-
-    start: Array
-    start_variance: Array
-    wear: Array
-    wear_variance: Array
-    daily: Array
-    sigma: Array
+    start: Array  # median of the robots' values on the first day
+    start_variance: Array  # variance of these among robots
+    wear: Array  # median of the robots' changes per day
+    wear_variance: Array  # variance of these among robots
+    daily: Array  # variance from day to day beyond the stated uncertainty
+    sigma: Array  # median standard deviation of a value of one day
 
     def covariance(self, history: History) -> Array:
         """Return the covariance `(D P, D P)` of a healthy robot's history around its mean."""

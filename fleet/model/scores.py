@@ -52,15 +52,10 @@ class Grid:
 
 @dataclass(frozen=True, slots=True)
 class ScoreMap:
-    """Scores and information of all candidates.
+    """Scores and information of all candidates."""
 
-    Attributes:
-        score: Scores of loss, creep along x and creep along y, `(X, Y, 3)`.
-        information: Information on loss; on creep the elements xx, xy and yy, `(X, Y, 4)`.
-    """
-
-    score: Array
-    information: Array
+    score: Array  # scores of loss, creep along x and creep along y, `(X, Y, 3)`
+    information: Array  # information on loss; on creep the elements xx, xy and yy, `(X, Y, 4)`
 
     def gains(self) -> dict[PlaceEffect, Array]:
         """Return twice the gain in log likelihood of the best size of each effect, `(X, Y)`.

@@ -33,7 +33,6 @@ class PacedClock(SyncClock):
 
     def __init__(self, period: float, start: float) -> None:
         super().__init__(period, start)
-        self.skipped = 0  # SYNCs that were left out: a simulated bus waits for its master
         self._pace = 1.0
         self._anchor()
 

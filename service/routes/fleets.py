@@ -12,7 +12,7 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session as Db
 
 from omnimate.fleet.batch.store import StoredRecording
-from omnimate.fleet.removal import delete_recording
+from omnimate.fleet.batch.work import delete_recording
 from omnimate.fleet.report_store import find_latest_day
 from omnimate.service.calls import Answer, Operating, Reading
 from omnimate.service.errors import NotFoundError, StateError

@@ -22,7 +22,7 @@ from itertools import count
 from pathlib import Path
 from random import Random
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 from unittest import mock
 
 import can
@@ -30,7 +30,7 @@ from canopen.sdo import client
 
 from omnimate.driver.errors import BusError
 from omnimate.driver.robot import driver as driver_module
-from omnimate.driver.robot import recovery as recovery_module
+from omnimate.driver.robot import encoder_nodes
 from omnimate.files.logs.formats import candump_writer
 from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.faults import Reboot
@@ -81,7 +81,8 @@ class World:
 
     def start(self) -> None:
         """Switch the vehicle on; in the time of this world."""
-        self._bus = CoupledBus(self.vehicle, self, clock="wall")
+        plant = cast("Plant", self)  # it steps, and has raw counts
+        self._bus = CoupledBus(self.vehicle, plant, clock="wall")
         self.devices = self._bus.simulated.devices
         drives = [self.devices[self.vehicle.drive(wheel).node] for wheel in self.vehicle.wheels]
         self.drives = [drive for drive in drives if isinstance(drive, DriveDevice)]
@@ -408,7 +409,7 @@ def in_time_of(world: World) -> Iterator[None]:
             (time, "time", world.time),
             (time, "sleep", world.sleep),
             (driver_module, "open_bus", world.open),
-            (recovery_module, "ThreadPoolExecutor", partial(Worker, world)),
+            (encoder_nodes, "ThreadPoolExecutor", partial(Worker, world)),
             (client, "queue", answers),
             (os, "fsync", world.fsync),
             (candump_writer, "threading", threads),

@@ -46,17 +46,16 @@ def robot(
     vehicle: VehicleParameters, clock: Clock, recorder: Recorder | None = None, *, one_thread: bool = False
 ) -> Iterator[Driver]:
     """Yield the driver of a simulated vehicle, configured and enabled, on their bus."""
-    plant = Plant(Truth(vehicle), vehicle)
+    plant, notifier = Plant(Truth(vehicle), vehicle), None
     ours: can.BusABC
     theirs: can.BusABC
     if one_thread:
-        ours = theirs = coupled = CoupledBus(vehicle, plant)
-        simulated = coupled.simulated
+        ours = theirs = CoupledBus(vehicle, plant)
     else:
         channel = f"virtual://benchmark-{time.monotonic_ns()}"
         ours, theirs = open_bus(channel), open_bus(channel)
         simulated = SimulatedVehicle(vehicle, plant, theirs)
-        simulated.start()
+        notifier = can.Notifier(theirs, [simulated.receive], timeout=0.05)
     driver = Driver(vehicle, ours, clock=clock, recorder=recorder)
     driver.configure()
     driver.enable()
@@ -64,7 +63,8 @@ def robot(
         yield driver
     finally:
         driver.close()
-        simulated.stop()
+        if notifier is not None:
+            notifier.stop()
         ours.shutdown()
         theirs.shutdown()
 

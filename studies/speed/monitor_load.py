@@ -23,7 +23,7 @@ from omnimate.cli.descriptions import descriptions
 from omnimate.cli.monitor.app import MonitorApp
 from omnimate.cli.monitor.lines import Wanted
 from omnimate.driver.bus.bus import open_bus
-from omnimate.driver.robot.watch.bus_watch import BusWatch
+from omnimate.driver.robot.bus_watch import BusWatch
 from omnimate.files.logs.formats.python_can_logs import message_of_frame
 from omnimate.files.logs.recording_to_frames import frames_of_recording
 from omnimate.motion import paths

@@ -202,6 +202,8 @@ class FakeBus(can.BusABC):
 class FakeClock:
     """Time that moves by one period per SYNC; answers are awaited for sixty reads."""
 
+    skipped = 0
+
     def __init__(self, period=0.01, inline=True):
         self.period = period
         self.inline = inline

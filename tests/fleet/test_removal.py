@@ -5,8 +5,8 @@ import pytest
 from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.run import run_batch
 from omnimate.fleet.batch.store import StoredRecording, recordings_in
+from omnimate.fleet.batch.work import delete_recording
 from omnimate.fleet.judge import judge_day
-from omnimate.fleet.removal import delete_recording
 
 pytest.importorskip("pyarrow")
 

@@ -307,7 +307,7 @@ class TimedBus(SlowBus):
 class BusClock:
     """SYNC at equal intervals of the bus's own time."""
 
-    inline = True
+    inline, skipped = True, 0
 
     def __init__(self, bus, period):
         self.bus, self.period, self.deadline = bus, period, bus.time

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.vcan_sim.constants import constants_of
+from omnimate.vcan_sim.plant import constants_of
 from omnimate.vcan_sim.records import State
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.signal_path import couple, drive, glide, move, read_wheels, roll

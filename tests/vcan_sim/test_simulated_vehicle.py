@@ -8,7 +8,6 @@ import can
 import canopen
 import pytest
 
-from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.nodes.objects import EDS_FOLDER
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
@@ -74,7 +73,7 @@ def test_on_the_wall_clock_timers_run_without_sync(make_bench, monkeypatch):
 
 
 class Channel:
-    """A virtual bus with a simulated vehicle in its thread, and a stock client."""
+    """A virtual bus with a simulated vehicle in a thread of python-can, and a stock client."""
 
     def __init__(self, plant):
         name = f"simulated-vehicle-{next(CHANNELS)}"
@@ -84,12 +83,12 @@ class Channel:
         self.network = canopen.Network(self.master)
 
     def __enter__(self):
-        self.simulated.start()
+        self.vehicles = can.Notifier(self.theirs, [self.simulated.receive], timeout=0.02)
         self.network.notifier = can.Notifier(self.master, self.network.listeners, timeout=0.02)
         return self
 
     def __exit__(self, *_):
-        self.simulated.stop()
+        self.vehicles.stop()
         self.network.disconnect()
         self.theirs.shutdown()
 
@@ -134,23 +133,3 @@ def test_a_stock_canopen_master_sees_aborts_boot_ups_and_emergencies(channel):
     channel.simulated.devices[3].emergency.set(0x5000)
     assert reported.wait(PATIENCE)
     assert node.emcy.active[0].code == 0x5000
-
-
-def test_a_vehicle_is_started_once(channel):
-    with pytest.raises(SimulationError, match="stop it first"):
-        channel.simulated.start()
-    channel.simulated.stop()
-    channel.simulated.stop()
-
-
-def test_a_bus_that_fails_ends_the_thread_and_is_kept_as_the_failure(bench, caplog):
-    class Broken(type(bench.bus)):
-        def recv(self, timeout=None):
-            raise can.CanOperationError("unplugged")
-
-    simulated = SimulatedVehicle(bench.vehicle, bench.plant, Broken())
-    simulated.start()
-    simulated._thread.join(PATIENCE)
-    assert isinstance(simulated.failure, can.CanOperationError)
-    assert "lost its bus" in caplog.text
-    simulated.stop()

@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING
 
 from omnimate.vcan_sim.errors import SimulationError
 from omnimate.vcan_sim.nodes.drive import DriveDevice
-from omnimate.vcan_sim.nodes.encoder import EncoderDevice
+from omnimate.vcan_sim.nodes.encoder import EncoderDevice, Sensor
 from omnimate.vcan_sim.nodes.objects import Objects, load_dictionary
-from omnimate.vcan_sim.nodes.sensor import Sensor
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from omnimate.vcan_sim.nodes.device import Device
+    from omnimate.vcan_sim.nodes.encoder import Latch
     from omnimate.vcan_sim.nodes.objects import Key, Value
-    from omnimate.vcan_sim.nodes.sensor import Latch
     from omnimate.vehicle.parameters import Drive, Encoder, VehicleParameters
 
 WHEEL_EDS = "encoder_cia406.eds"

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from omnimate.vcan_sim.errors import Abort, SdoAbort
 from omnimate.vcan_sim.nodes.emergency import HEARTBEAT_ERROR, SYNC_LENGTH, Emergency
-from omnimate.vcan_sim.nodes.exchange import PdoExchange
 from omnimate.vcan_sim.nodes.heartbeat import HeartbeatConsumer, HeartbeatProducer, NodeGuarding
 from omnimate.vcan_sim.nodes.lss import SLAVE, UNCONFIGURED, LssSlave
+from omnimate.vcan_sim.nodes.pdo import PdoExchange
 from omnimate.vcan_sim.nodes.sdo import SdoServer
 from omnimate.vcan_sim.nodes.transmitter import Transmitter
 
@@ -39,25 +39,14 @@ _COMMANDS = {0x01: NmtState.OPERATIONAL, 0x02: NmtState.STOPPED, 0x80: NmtState.
 
 
 class Device:
-    """One node of the bus; subclasses for profiles add readers, checks and reactions to `objects`.
-
-    Attributes:
-        now: Time on the device's clock [s].
-        due: Time at which the next of the device's timers ends [s].
-        objects: Object dictionary of the device, with functions that are called when objects are read or
-            written.
-        state: NMT state of the device.
-        emergency: Errors that the device reports by EMCY.
-        transmitter: Sending side of the device, where its faults act.
-        lss: LSS slave of the device.
-    """
+    """One node of the bus; subclasses for profiles add readers, checks and reactions to `objects`."""
 
     def __init__(self, objects: Objects, send: Callable[[int, bytes], None]) -> None:
         self.objects = objects
-        self.now = 0.0
-        self.due = math.inf
+        self.now = 0.0  # on the device's clock [s]
+        self.due = math.inf  # when the next of its timers ends [s]
         self.state = NmtState.PRE_OPERATIONAL
-        self.transmitter = Transmitter(send)
+        self.transmitter = Transmitter(send)  # where its faults act
         self.emergency = Emergency(lambda data: self.transmitter.send(self.objects[0x1014, 0], data))
         self._sdo = SdoServer(self.objects.read, self.objects.write, self.objects.size)
         self._producer = HeartbeatProducer()

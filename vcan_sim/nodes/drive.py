@@ -11,8 +11,8 @@ from omnimate.vcan_sim.nodes.device import Device, NmtState
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from omnimate.vcan_sim.nodes.encoder import Sensor
     from omnimate.vcan_sim.nodes.objects import Objects
-    from omnimate.vcan_sim.nodes.sensor import Sensor
 
 _HALT = 0x0100  # bit 8 of the controlword
 _PROFILE_VELOCITY, _CYCLIC_VELOCITY = 3, 9  # modes of operation, 6060h

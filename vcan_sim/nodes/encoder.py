@@ -1,4 +1,4 @@
-"""A CiA 406 encoder, with one sensor or several."""
+"""A CiA 406 encoder with one sensor or several, each of which reads counts of the plant, latched at SYNC."""
 
 from __future__ import annotations
 
@@ -11,7 +11,91 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from omnimate.vcan_sim.nodes.objects import Objects
-    from omnimate.vcan_sim.nodes.sensor import Sensor
+    from omnimate.vehicle.parameters import Encoder
+
+_MAX_SPEED = 2**15 - 1  # [counts/s]; the speed value is 16 bits wide and saturates
+
+
+class Latch:
+    """The raw `counts` of all channels at the last SYNC, `period` [s] after `previous`, for all encoders."""
+
+    __slots__ = ("counts", "period", "previous")
+
+    def __init__(self, counts: Sequence[int], period: float) -> None:
+        self.counts = self.previous = counts
+        self.period = period
+
+    def take(self, counts: Sequence[int]) -> None:
+        """Latch the counts of a new SYNC."""
+        self.previous, self.counts = self.counts, counts
+
+
+class Sensor:
+    """One encoder's counter, with its preset, code sequence and scaling.
+
+    A wheel's counter loses its count without power; joints and the link are absolute and keep theirs.
+    """
+
+    def __init__(self, latch: Latch, column: int, encoder: Encoder) -> None:
+        self._latch = latch
+        self._column = column
+        self._volatile = encoder.channel.count(".") == 1  # a wheel
+        self._full_range = encoder.wrap_range
+        self._low = -(encoder.wrap_range // 2) if encoder.signed else 0
+        self._direction = 1
+        self._units = self._resolution = 1
+        self._range = self._full_range
+        self._is_unmodified = True
+        self._origin = 0  # [counts] added to a counter that restarted from 0
+        self.offset = 0
+
+    def position(self) -> int:
+        """Return the position value [counts] at the last SYNC."""
+        counts = self._latch.counts[self._column]
+        return (
+            counts
+            if self._is_unmodified
+            else self._wrapped(self._measured(counts) + self._origin + self.offset)
+        )
+
+    def speed(self) -> int:
+        """Return the speed over the last SYNC period [counts/s], saturated at 16 bits."""
+        step = self._measured(self._latch.counts[self._column]) - self._measured(
+            self._latch.previous[self._column]
+        )
+        half = self._range // 2
+        step = (step + half) % self._range - half
+        return max(-_MAX_SPEED - 1, min(_MAX_SPEED, round(step / self._latch.period)))
+
+    def preset(self, value: int) -> None:
+        """Set the current position to `value` [counts]."""
+        self.offset = value - self._origin - self._measured(self._latch.counts[self._column])
+        self._update_is_unmodified()
+
+    def configure(self, direction: int, units: int, resolution: int, total: int) -> None:
+        """Set code sequence (1 or -1), scaling (units per resolution) and range; 0 is the full range."""
+        self._direction, self._units, self._resolution = direction, units, resolution
+        self._range = total or self._full_range
+        self._update_is_unmodified()
+
+    def restart(self) -> None:
+        """Set the state after power-on: an incremental counter at 0, default code sequence and scaling."""
+        self._direction = self._units = self._resolution = 1
+        self._range = self._full_range
+        if self._volatile:
+            self.offset, self._origin = 0, -self._measured(self._latch.counts[self._column])
+        self._update_is_unmodified()
+
+    def _measured(self, counts: int) -> int:
+        return self._direction * counts * self._units // self._resolution
+
+    def _wrapped(self, value: int) -> int:
+        return (value - self._low) % self._range + self._low
+
+    def _update_is_unmodified(self) -> None:
+        scaled = self._units != self._resolution or self._range != self._full_range
+        self._is_unmodified = not (self._origin or self.offset or scaled) and self._direction == 1
+
 
 _CODE_SEQUENCE, _SCALING, _LINEAR_DIRECTION = 0x0001, 0x0004, 0x0008  # bits of 6000h
 

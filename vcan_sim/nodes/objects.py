@@ -92,23 +92,16 @@ _NOT_STORED = {0x1003, 0x1010, 0x1011, 0x6003, 0x6010, 0x6040, 0x60FF}
 
 
 class Objects:
-    """The objects of one device: defaults of its EDS file, replaced by its settings and by written values.
-
-    Attributes:
-        variables: Entries of the object dictionary by (index, sub-index).
-        node: Node id of the device, which some defaults contain; `assign` changes it.
-        readers: Function that returns an object's present value, by (index, sub-index), for objects
-            that are measured or computed instead of stored.
-        checks: Function that is called with (sub-index, value) before a value is stored, by index; it
-            raises `SdoAbort` to refuse the value.
-        reactions: Function that is called with (sub-index, value) after a value was stored, by index.
-    """
+    """The objects of one device: defaults of its EDS file, replaced by its settings and by written values."""
 
     def __init__(self, variables: Mapping[Key, Variable], node: int, settings: Mapping[Key, Value]) -> None:
-        self.variables = variables
-        self.node = node
+        self.variables = variables  # entries of the object dictionary by (index, sub-index)
+        self.node = node  # which some defaults contain; `assign` changes it
+        # return the present values of objects that are measured or computed instead of stored
         self.readers: dict[Key, Callable[[], int]] = {}
+        # called with (sub-index, value) before a value is stored; raise `SdoAbort` to refuse it
         self.checks: dict[int, Callable[[int, int], None]] = {}
+        # called with (sub-index, value) after a value was stored
         self.reactions: dict[int, Callable[[int, int], None]] = {}
         self._defaults = {
             key: variable.default + node

@@ -27,8 +27,8 @@ class Router:
         """Look up the RPDOs again at the next frame; for changes of a device's configuration."""
         self._routes = None
 
-    def receive_message(self, message: can.Message, now: float) -> None:
-        """Pass a message, received at a time [s], to all devices that process it, including SYNC."""
+    def receive(self, message: can.Message, now: float) -> None:
+        """Pass a message, received at a time [s], to all devices that process it."""
         can_id, data = message.arbitration_id, bytes(message.data)
         if message.is_remote_frame:
             for device in self._devices:
@@ -36,12 +36,7 @@ class Router:
         elif can_id == SYNC_ID:
             for device in self._devices:
                 device.on_sync(now, data)
-        else:
-            self.receive(can_id, data, now)
-
-    def receive(self, can_id: int, data: bytes, now: float) -> None:
-        """Pass a data frame other than SYNC, received at a time [s], to all devices that process it."""
-        if can_id == 0x000:
+        elif can_id == 0x000:
             self._on_nmt(data, now)
         elif 0x600 < can_id <= 0x67F:
             self._on_sdo(can_id - 0x600, data, now)
@@ -49,11 +44,14 @@ class Router:
             for device in self._devices:
                 device.on_heartbeat(can_id - 0x700, now)
         elif can_id == MASTER:
-            for device in self._devices:
-                device.on_lss(data, now)
-            self.invalidate_routes()
+            self._on_lss(data, now)
         else:
             self._on_rpdo(can_id, data, now)
+
+    def _on_lss(self, data: bytes, now: float) -> None:
+        for device in self._devices:
+            device.on_lss(data, now)
+        self.invalidate_routes()
 
     def _on_nmt(self, data: bytes, now: float) -> None:
         if len(data) == 2:

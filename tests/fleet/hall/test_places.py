@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from omnimate.fleet.hall.places import Place, creep_on_slopes, lose_travel, place_records
-from omnimate.vcan_sim.constants import constants_of
 from omnimate.vcan_sim.errors import SimulationError
+from omnimate.vcan_sim.plant import constants_of
 from omnimate.vcan_sim.records import State
 from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.truth import Truth

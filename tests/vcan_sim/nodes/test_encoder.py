@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.vcan_sim.errors import SimulationError
-from omnimate.vcan_sim.nodes.sensor import Latch, Sensor
+from omnimate.vcan_sim.nodes.encoder import Latch, Sensor
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 
 WHEEL = reference_vehicle().encoder("a.left")

@@ -7,10 +7,9 @@ import can
 import pytest
 
 from omnimate.driver.errors import BusError
-from omnimate.driver.robot import recorder
+from omnimate.driver.robot import bus_watch, recorder
 from omnimate.driver.robot.bus_load import frame_bits
-from omnimate.driver.robot.watch import bus_watch
-from omnimate.driver.robot.watch.bus_watch import BusWatch
+from omnimate.driver.robot.bus_watch import BusWatch
 from omnimate.files.logs.blocks import read_log
 from omnimate.files.logs.formats.python_can_logs import message_of_frame
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, Frame

@@ -1,1 +1,0 @@
-"""Watching a bus without sending anything: what `omnimate monitor` shows."""
