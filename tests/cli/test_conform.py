@@ -2,7 +2,7 @@
 
 import json
 
-from docs.generate.conformance import Local, Simulated, frame
+from docs.generate.conformance import Local, Simulated
 from omnimate.vcan_sim.reference import reference_vehicle
 
 NODE = reference_vehicle().encoders[0].node
@@ -24,13 +24,6 @@ def test_what_a_device_does_not_do_is_told_with_what_was_found(omnimate, on_benc
     rows = json.loads(omnimate(*call, "--json").out)
     assert {row["outcome"] for row in rows} == {"passed", "failed", "absent"}
     assert rows[0]["demand"] == "1000h is there, 4 bytes long."
-
-
-def test_on_a_bus_that_another_master_drives_nothing_is_sent_unless_it_is_told_to(refused, on_bench):
-    on_bench(Local, [frame(0x080, b"")])
-    assert "another master sends SYNC" in refused(
-        "conform", "--bus", "virtual://x", "--node", 1, "--most", "reads", "--timeout", 0.02, out=""
-    )
 
 
 def test_a_node_that_is_not_there_is_one_sentence(refused, on_bench):

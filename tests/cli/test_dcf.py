@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from docs.generate.conformance import Local, Simulated, frame
+from docs.generate.conformance import Simulated
 from omnimate.vcan_sim.nodes.objects import EDS_FOLDER
 
 WHERE = ("--bus", "virtual://x", "--node", 1)
@@ -46,8 +46,3 @@ def test_what_is_written_differs_no_more_and_what_is_read_only_still_does(omnima
 def test_an_eds_states_nothing_to_compare(omnimate, on_bench):
     on_bench(Simulated)
     assert "expected a DCF with ParameterValue" in omnimate("dcf", "compare", EDS, *WHERE).err
-
-
-def test_nothing_is_written_beside_another_master(omnimate, on_bench, dcf):
-    on_bench(Local, [frame(0x080, b"")])
-    assert "another master sends SYNC" in omnimate("dcf", "write", dcf, *WHERE).err

@@ -68,11 +68,6 @@ def vehicle(tmp_path, robot_toml):
     return tmp_path / "vehicle.toml"
 
 
-def test_a_log_is_printed_byte_for_byte(log):
-    result = run(log)
-    assert (result.stdout, result.exit_code) == (LOG, 0)
-
-
 def test_the_long_form_is_candumps(log):
     lines = run(log, "--form", "ta").stdout.splitlines()
     assert lines[1] == " (1700000000.000500)  can0  181   [4]  40 9C 00 00"

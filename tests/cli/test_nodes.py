@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from docs.generate.conformance import Local, Simulated, frame
+from docs.generate.conformance import Local, Simulated
 from omnimate.vcan_sim.reference import reference_vehicle
 from tests.cli.conftest import device_of, identity
 
@@ -45,11 +45,6 @@ def test_only_the_state_of_the_addressed_node_is_printed(omnimate, on_bench):
 def test_a_node_without_a_heartbeat_is_named_with_exit_code_1(refused, on_bench, node):
     on_bench(Simulated)
     assert f"node {node}: no heartbeat within 1.5 s" in refused("nmt", "start", *BUS, "--node", node, out="")
-
-
-def test_beside_another_master_no_command_is_sent(omnimate, on_bench):
-    on_bench(Local, [frame(0x080, b"")])
-    assert "another master sends SYNC" in omnimate("nmt", "stop", *BUS, "--node", 1).err
 
 
 @pytest.mark.parametrize("node", ["0", "128", "x"])

@@ -9,6 +9,7 @@ from docs.generate.conformance import Local, Simulated, frame
 from omnimate.driver.canopen.eds import load_eds
 from omnimate.driver.canopen.object_values import variables_of
 from omnimate.vcan_sim.reference import reference_vehicle
+from tests.samples import OUR_EDS
 
 EDS = Path(__file__).parents[2] / "vcan_sim" / "eds" / "encoder_cia406.eds"
 WHERE = ("--bus", "virtual://x", "--node", 1)
@@ -61,9 +62,24 @@ def test_what_cannot_be_is_told(refused, on_bench, call, says):
     assert says in refused("sdo", *call, out="")
 
 
-def test_beside_another_master_nothing_is_written_unless_it_is_forced(omnimate, on_bench):
+@pytest.mark.parametrize(
+    "call",
+    [
+        ("sdo", "write", "1017h", "700"),
+        ("nmt", "stop"),
+        ("dcf", "write", OUR_EDS[1]),
+        ("conform", "--most", "reads", "--timeout", 0.02),
+    ],
+    ids=lambda call: call[0],
+)
+def test_beside_another_master_nothing_is_sent(refused, on_bench, call):
     bus = on_bench(Local, [frame(0x080, b"")])
-    assert "another master sends SYNC" in omnimate("sdo", "write", "1017h", "700", *WHERE).err
+    assert "another master sends SYNC" in refused(*call, *WHERE, out="")
+    assert bus.recv(0.0) is None
+
+
+def test_beside_another_master_an_object_is_written_where_it_is_forced(omnimate, on_bench):
+    bus = on_bench(Local)
     bus._waiting.append(frame(0x080, b""))
     assert omnimate("sdo", "write", "1017h", "700", *WHERE, "--force").code == 0
     assert omnimate("sdo", "read", "1017h", *WHERE).out == "700 (02BCh)\n"

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from omnimate.vehicle.parameters import Bus, Drive, Encoder, Linkage, Truck, VehicleParameters
+from dataclasses import replace
+
+from tests.driver import conftest as kit
 from tests.foreign.devices import ForeignDrive, ForeignEncoder
 
 FAMILY = {
     "encoder": ForeignEncoder,
     "drive": ForeignDrive,
 }  # what makes devices; the fixture `family` sets it
-COUNTS = 40000
 WHEELS = ("a.left", "a.right", "b.left", "b.right")
 FIRST_DRIVE = 17
+PERIOD = 0.015  # [s] of SYNC
 
 
 def foreign_encoder(node):
@@ -19,27 +21,19 @@ def foreign_encoder(node):
     return FAMILY["encoder"](node)
 
 
-def encoder(channel, node):
-    """Return an encoder of `vehicle.toml`."""
-    unit = {"counts_per_metre": 10000} if channel == "link" else {"counts_per_turn": COUNTS}
-    return Encoder(channel, node, 0x180 + node, 0, 32, signed=False, sign=1, **unit)
-
-
-def two_trucks(period=0.015):
+def two_trucks(period=PERIOD):
     """Return a robot of seven encoders, nodes 1 to 7, and four drives, nodes 17 to 20."""
-    channels = (*WHEELS, "joint_a", "joint_b", "link")
-    drives = tuple(
-        Drive(wheel, FIRST_DRIVE + number, 0x200 + FIRST_DRIVE + number, 1, COUNTS)
-        for number, wheel in enumerate(WHEELS)
-    )
-    return VehicleParameters(
-        "foreign",
-        {name: Truck(0.34, 0.15, 0.15) for name in ("a", "b")},
-        Linkage(1.0),
-        Bus(500_000, period),
-        tuple(encoder(channel, node) for node, channel in enumerate(channels, 1)),
-        drives,
-    )
+    drives = tuple(kit.drive(wheel, FIRST_DRIVE + number) for number, wheel in enumerate(WHEELS))
+    return replace(kit.two_trucks(period), drives=drives)
+
+
+def drive(driver, seconds, speed=4.0):
+    """Drive straight on at a speed of the wheels [rad/s]; return the samples."""
+    samples = []
+    for _ in range(round(seconds / PERIOD)):
+        driver.command((speed,) * 4)
+        samples.append(driver.cycle())
+    return [sample for sample in samples if sample is not None]
 
 
 def devices(status=None, **habits):

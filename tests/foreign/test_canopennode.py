@@ -12,9 +12,9 @@ from omnimate.driver.conformance.run import conform
 from omnimate.driver.errors import MappingImpossible, SdoRefused
 from tests.foreign import robots
 from tests.foreign.canopennode.nodes import CanOpenNodeDrive, CanOpenNodeEncoder, family, what_is_missing
-from tests.foreign.robots import devices, two_trucks
+from tests.foreign.robots import devices, drive, two_trucks
 from tests.foreign.test_restarts import cycles
-from tests.foreign.test_stopping import COUNTS, OUT, drive, driving
+from tests.foreign.test_stopping import COUNTS, OUT, driving
 
 if missing := what_is_missing():
     pytest.skip(missing, allow_module_level=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,9 +20,11 @@ from omnimate.driver.errors import MappingImpossible, NodeMissing, SdoRefused, W
 from omnimate.driver.robot.configure import configure_node
 from omnimate.driver.robot.drive_configuration import configure_drive
 from omnimate.driver.robot.driver import Driver
-from omnimate.vehicle.parameters import Bus, Drive, Encoder, Truck, VehicleParameters
+from omnimate.vehicle.parameters import Bus
+from tests.driver.conftest import CaptureNetwork, drive, one_truck, wheel_encoder
 
 EDS = Path(__file__).parents[2] / "vcan_sim" / "eds"
+robot = partial(one_truck, period=0.015)
 READ_ONLY, NOT_IN_THIS_STATE, OUT_OF_RANGE = 0x06010002, 0x08000022, 0x06090030
 POSITION, NO_RTR, OFF = 0x60040020, 0x40000000, 0x80000000
 
@@ -43,7 +45,7 @@ class Device:
     allowed: dict = field(default_factory=dict)  # (index, subindex) -> the values that it takes
 
     def __post_init__(self):
-        self.network = Wire()
+        self.network = CaptureNetwork()
         self.local = canopen.LocalNode(1, dictionary_of(self.eds))
         self.local.associate_network(self.network)
         self.local.add_write_callback(self.check_write)
@@ -80,20 +82,6 @@ class Device:
 
     def lock(self, *objects, code=READ_ONLY):
         self.locked |= dict.fromkeys(objects, code)
-
-
-class Wire(canopen.Network):
-    """What a device sends, until it is taken."""
-
-    def __init__(self):
-        super().__init__()
-        self.sent = []
-
-    def send_message(self, can_id, data, remote=False):
-        self.sent.append(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
-
-    def send_periodic(self, can_id, data, period, remote=False):
-        return SimpleNamespace(stop=lambda: None, update=lambda _data: None)
 
 
 class SlowBus(can.BusABC):
@@ -136,19 +124,6 @@ def connect(monkeypatch):
         return network.sdo(1), network
 
     return run
-
-
-def encoder(channel="a.left", node=1, **changes):
-    values = {
-        "cob_id": 0x180 + node, "start_bit": 0, "bits": 32, "signed": False, "sign": 1,
-        "counts_per_turn": 40_000,
-    }  # fmt: skip
-    return Encoder(channel=channel, node=node, **(values | changes))
-
-
-def robot(**changes):
-    encoders = (encoder(**changes), encoder("a.right", 2))
-    return VehicleParameters("one", {"a": Truck(0.34, 0.15, 0.15)}, None, Bus(500_000, 0.015), encoders, ())
 
 
 @pytest.fixture
@@ -343,10 +318,11 @@ def test_an_encoder_without_transmission_type_1_is_in_every_sample(monkeypatch, 
     bus = TimedBus(phase, skew, device)
     for module in ("canopen.sdo", "robot.driver"):
         monkeypatch.setattr(f"omnimate.driver.{module}.time", SimpleNamespace(monotonic=lambda: bus.time))
-    vehicle = VehicleParameters(
-        "one", robot().trucks, None, Bus(500_000, period),
-        (encoder(bits=16), encoder("a.right", 1, start_bit=16, bits=16)), (),
-    )  # fmt: skip
+    encoders = (
+        wheel_encoder("a.left", 1, bits=16),
+        wheel_encoder("a.right", 1, cob_id=0x181, start_bit=16, bits=16),
+    )
+    vehicle = one_truck(encoders, period=period)
     device.map_tpdo(0, NO_RTR | 0x181, 255, 0x60200110, 0x60200210)
     driver = Driver(vehicle, bus, clock=BusClock(bus, period))
     driver.configure()
@@ -388,10 +364,7 @@ def test_a_configuration_that_fails_anywhere_puts_back_what_it_had_changed(conne
     device.lock(broken)
     before = contents(device)
     sdo, network = connect(device)
-    vehicle = VehicleParameters(
-        "one", robot().trucks, None, robot().bus,
-        (encoder(), encoder("a.right", 1, cob_id=0x2A1)), (),
-    )  # fmt: skip
+    vehicle = robot((wheel_encoder("a.left", 1), wheel_encoder("a.right", 1, cob_id=0x2A1)))
     try:
         configure_node(sdo, vehicle, network.nmt_command)
     except (MappingImpossible, SdoRefused):
@@ -419,13 +392,9 @@ def drive_device(**habits):
     return Device("drive_cia402.eds", **habits)
 
 
-def drive():
-    return Drive("a.left", 1, 0x201, 1, 40_000)
-
-
 def set_up_drive(connect, device):
     sdo, network = connect(device)
-    return configure_drive(sdo, drive(), 127, (), 0.01, network.nmt_command)[0]
+    return configure_drive(sdo, drive("a.left", 1), 127, (), 0.01, network.nmt_command)[0]
 
 
 def map_rpdo(device, cob_id, kind, *entries):

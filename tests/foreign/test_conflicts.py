@@ -9,9 +9,8 @@ from omnimate.driver.robot import driver as module
 from omnimate.vehicle.file import save_vehicle
 from tests.cli.conftest import omnimate
 from tests.foreign.devices import UNSIGNED8, UNSIGNED32, ForeignEncoder
-from tests.foreign.robots import devices, foreign_encoder, two_trucks
+from tests.foreign.robots import devices, drive, foreign_encoder, two_trucks
 from tests.foreign.test_restarts import cycles, rolling, words
-from tests.foreign.test_stopping import drive
 
 __all__ = ["omnimate"]
 PERIOD_US = 15_000

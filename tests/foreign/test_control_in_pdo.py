@@ -10,19 +10,13 @@ import pytest
 from omnimate.driver.errors import DrivesStopped
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.files.recordings.folder import load_recording
-from tests.foreign.robots import devices, two_trucks
+from tests.foreign.robots import devices, drive, two_trucks
 
 pytestmark = pytest.mark.usefixtures("family")
 CONTROL, MODE, TARGET, TORQUE, DUMMY = 0x60400010, 0x60600008, 0x60FF0020, 0x60710010, 0x00050008
 SPEED = 4.0  # [rad/s]
 COUNTS = SPEED / (2.0 * np.pi) * 40000
 QUICK_STOP_ACTIVE = 0x0207
-
-
-def drive(driver, seconds):
-    for _ in range(round(seconds / 0.015)):
-        driver.command((SPEED,) * 4)
-        driver.cycle()
 
 
 @pytest.fixture

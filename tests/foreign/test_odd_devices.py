@@ -8,31 +8,17 @@ import can
 import pytest
 
 from omnimate.driver.errors import BusLost, DrivesStopped
-from tests.foreign.robots import FIRST_DRIVE, devices, two_trucks
-
-SPEED = 4.0  # [rad/s]
-PERIOD = 0.015  # [s]
+from tests.foreign.robots import FIRST_DRIVE, devices, drive, two_trucks
 
 
 def started(bench, driver_on, nodes=None):
     """Return a driver whose drives are enabled, and its bus."""
     bus = bench(devices() if nodes is None else nodes)
-    driver = driver_on(two_trucks(PERIOD), bus)
+    driver = driver_on(two_trucks(), bus)
     driver.configure()
     driver.enable()
     drive(driver, 0.3)
     return driver, bus
-
-
-def drive(driver, seconds):
-    """Drive straight on, and return the samples."""
-    samples = []
-    for _ in range(round(seconds / PERIOD)):
-        driver.command((SPEED,) * 4)
-        sample = driver.cycle()
-        if sample is not None:
-            samples.append(sample)
-    return samples
 
 
 @pytest.mark.usefixtures("family")
@@ -129,7 +115,7 @@ def test_an_emergency_of_an_enabled_drive_counts_also_while_the_others_are_enabl
     nodes = devices()
     bus = bench(nodes)
     first, last = nodes[-4], nodes[-1]
-    driver = driver_on(two_trucks(PERIOD), bus)
+    driver = driver_on(two_trucks(), bus)
     driver.configure()
     control = last._control
     sent = []
@@ -157,7 +143,7 @@ def test_an_error_that_an_enabled_drive_still_has_is_told_and_it_drives(bench, d
     """EMCY without "error gone": operation enabled says that there is no fault, 1001h what else there is."""
     nodes = devices()
     bus = bench(nodes)
-    driver = driver_on(two_trucks(PERIOD), bus)
+    driver = driver_on(two_trucks(), bus)
     driver.configure()
     nodes[-1].put(0x1001, 0, register)
     nodes[-1].emergency(0x4210)

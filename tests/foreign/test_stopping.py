@@ -11,7 +11,7 @@ from omnimate.motion.paths import out_and_back
 from omnimate.motion.runner import Runner
 from tests.foreign.devices import FAULT, PRE_OPERATIONAL, STOPPED, SWITCH_ON_DISABLED
 from tests.foreign.robots import devices as robot_devices
-from tests.foreign.robots import two_trucks
+from tests.foreign.robots import drive, two_trucks
 
 pytestmark = pytest.mark.usefixtures("family")
 SPEED = 4.0  # [rad/s], 0.3 m/s
@@ -66,12 +66,6 @@ def driving(bench, driver_on, status=None, seconds=0.3):
     driver.enable()
     drive(driver, seconds)
     return driver, bus
-
-
-def drive(driver, seconds):
-    for _ in range(round(seconds / 0.015)):
-        driver.command((SPEED,) * 4)
-        driver.cycle()
 
 
 def until_stopped(driver, bus, at_most=2.0):

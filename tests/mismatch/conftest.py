@@ -14,6 +14,7 @@ from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import Term
 from omnimate.mismatch.evidence.candidates import Candidates
 from omnimate.mismatch.evidence.posterior import Posterior
+from omnimate.mismatch.fit import fitted
 from omnimate.mismatch.noise.levels import NoiseLevels
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.mismatch.recording.windows import windows_of
@@ -25,6 +26,21 @@ from omnimate.vehicle.recording import Poses
 
 # What the simulator's own floor and sensors come to, so that not every test has to estimate it.
 USUAL = NoiseLevels(roughness=5e-4, waviness=5e-5, creep=4e-5, joint_a=2e-5, joint_b=2e-5, link=5e-6)
+
+
+def fit_of(recordings, *terms):
+    """Return the fit of effects, from no size of each on."""
+    signals = [signals_of(recording) for recording in recordings]
+    return fitted(signals, USUAL, terms, [np.zeros(len(term.probes)) for term in terms])
+
+
+def cut(recording, rows):
+    """Return a recording of some samples only, of which one may come several times, at its first times."""
+    counts = recording.counts[rows]
+    return replace(
+        recording, time=recording.time[: len(counts)], counts=counts, present=recording.present[rows],
+        commands=None, poses=None, run=None,
+    )  # fmt: skip
 
 
 RATE, SPAN = 4, 120.0  # rows in a second, and seconds of regressions that are drawn by chance
@@ -53,6 +69,25 @@ def drive():
             figure_eight(1.0, laps),
             start_time=start_time,
         )
+
+    return driven
+
+
+@pytest.fixture
+def eccentric(drive, effect):
+    """Return a function that drives a robot whose wheel b.left is out of round by an amplitude [m] each.
+
+    Of a negative amplitude, the wheel is out of round to the other side.
+    """
+
+    def driven(*amplitudes):
+        hidden = [
+            effect(
+                "wheel_eccentricity", "b.left", amplitude=abs(size), phase=0.5 if size > 0.0 else 0.5 - np.pi
+            )
+            for size in amplitudes
+        ]
+        return [drive(each, seed=20 + number, laps=1) for number, each in enumerate(hidden)]
 
     return driven
 
@@ -107,10 +142,6 @@ def usual_noise():
     return USUAL
 
 
-class Drawn(SimpleNamespace):
-    """What a posterior needs of a regression: rows, columns, times."""
-
-
 @pytest.fixture(scope="session")
 def candidate():
     """Return a function that gives a candidate of one column or more."""
@@ -132,7 +163,7 @@ def drawn():
         data = columns @ truth + chance.normal(size=count)
         time = np.arange(count) / RATE
         order = np.arange(count) if order is None else order
-        regression = Drawn(
+        regression = SimpleNamespace(
             white=np.column_stack([data, columns])[order],
             time=time[order],
             owner=np.zeros(count, int),

@@ -2,7 +2,6 @@
 
 import json
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +14,9 @@ from omnimate.motion.paths import out_and_back
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
+from tests.samples import SHARED_DATA
 
-CONCEALED = Path(__file__).resolve().parents[3] / "shared" / "data" / "concealed"
+CONCEALED = SHARED_DATA / "concealed"
 SINGLE = (
     ("wheel_diameter", "a.left", "ratio", 1.004),
     ("wheelbase", "b", "ratio", 1.02),

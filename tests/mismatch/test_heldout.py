@@ -6,12 +6,10 @@ import pytest
 from omnimate.files.importers.robots import single_truck
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.candidates.terms import term
-from omnimate.mismatch.fit import fitted
 from omnimate.mismatch.heldout import held_out, nominal_of
-from omnimate.mismatch.recording.signals import signals_of
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Lap, Poses, Recording, Run
-from tests.mismatch.conftest import USUAL
+from tests.mismatch.conftest import fit_of
 
 PERIOD, SAMPLES = 0.05, 2400
 ROBOT = single_truck("robot", Truck(0.2, 0.084, 0.084), 2796.8, PERIOD)
@@ -53,7 +51,7 @@ def test_circles_to_either_side_say_of_each_other_that_the_wheelbase_is_wrong():
 
 def test_a_fit_without_any_of_its_effects_predicts_what_the_robot_as_described_does(drive, effect):
     recording = drive(effect("joint_bias", "joint_a", bias=5e-3))
-    fit = fitted([signals_of(recording)], USUAL, [term("joint_bias", "joint_a")], [np.zeros(1)])
+    fit = fit_of([recording], term("joint_bias", "joint_a"))
     whole = held_out(nominal_of(fit), fit)
     empty = held_out(nominal_of(fit), fit, whole.kind, range(len(list(fit.everything()))))
     assert whole.gain.sum() > 100.0

@@ -10,6 +10,7 @@ from omnimate.mismatch.diagnosis import Where
 from omnimate.mismatch.recording.signals import WINDOW
 from omnimate.mismatch.triage import SAMPLES, _says, thinned, triage
 from studies.mismatch.engines.wide.cases import KINDS, make
+from tests.mismatch.conftest import cut
 
 HEALTHY = 20
 WIDE = 8  # healthy robots of the wide world
@@ -80,17 +81,7 @@ def test_the_sentence_names_few_intervals_and_counts_the_others():
 
 
 def test_a_drive_that_is_too_short_is_insufficient(drive):
-    whole = drive()
-    short = replace(
-        whole,
-        time=whole.time[:400].copy(),
-        counts=whole.counts[:400],
-        present=whole.present[:400],
-        commands=None,
-        poses=None,
-        run=None,
-    )
-    assert triage([short]).verdict == "insufficient"
+    assert triage([cut(drive(), slice(0, 400))]).verdict == "insufficient"
 
 
 def test_thinning_takes_the_samples_that_lack_least(drive):

@@ -65,31 +65,6 @@ def test_a_session_by_hand_finds_the_true_wheelbase_and_makes_a_new_version(api,
     assert api.vehicles.export_vehicle("omnimate", "ros2").startswith("diff_drive_controller_a:")
 
 
-def test_a_key_that_is_given_twice_adds_one_sample(api, manual_runs):
-    session, run = api.umbmark.start_session()["id"], next(manual_runs())
-    samples = [api.umbmark.add_sample(session, run, idempotency_key=f"run 1 of {session}") for _ in range(2)]
-    assert samples[0] == samples[1]
-    assert api.umbmark.get_session(session)["samples"] == samples[:1]
-
-
-def test_a_call_that_the_state_does_not_allow_is_a_problem_with_those_that_it_does(api):
-    session = api.umbmark.start_session()["id"]
-    with pytest.raises(ProblemError) as caught:
-        api.umbmark.get_result(session)
-    assert caught.value.status == 409
-    with pytest.raises(ProblemError) as caught:
-        api.umbmark.accept_result(session, if_match="*")
-    assert (caught.value.status, "solve" in caught.value.possible) == (409, True)
-
-
-def test_a_version_that_has_been_replaced_is_not_changed(api):
-    vehicle = api.vehicles.get_vehicle("omnimate")
-    api.vehicles.change_vehicle("omnimate", vehicle["toml"], if_match=vehicle["version"])
-    with pytest.raises(ProblemError) as caught:
-        api.vehicles.change_vehicle("omnimate", vehicle["toml"], if_match=vehicle["version"])
-    assert (caught.value.status, caught.value.title) == (412, "Changed since")
-
-
 def test_a_wrong_value_is_a_problem_with_its_field(api):
     with pytest.raises(ProblemError) as caught:
         api.umbmark.start_session(side=0.1)

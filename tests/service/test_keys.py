@@ -92,7 +92,7 @@ def test_a_secret_has_32_bytes_and_an_id_eight_hexadecimal_digits(database):
     assert len(authorization.split("_", 2)[2]) == 43  # 32 bytes in base64
 
 
-def test_a_key_stays_revoked_since_the_first_time(database, now):
+def test_a_key_stays_revoked_since_the_first_time_and_does_not_make_keys_unnecessary(database, now):
     identity, authorization = new_key(database)
     for _ in range(2):
         with database.writing() as db:
@@ -100,6 +100,8 @@ def test_a_key_stays_revoked_since_the_first_time(database, now):
         now.now += 5.0
     with pytest.raises(AuthenticationError, match="revoked"):
         identify(database, authorization)
+    with pytest.raises(AuthenticationError, match="needs a key"):
+        identify(database, None, keyless_allowed=True)
     with database.writing() as db, pytest.raises(NotFoundError):
         revoke_key(db, "00000000")
 

@@ -149,6 +149,35 @@ def add_run(page, direction, error):
     page.locator("#sample-send").click()
 
 
+def show_fleet(page, name):
+    page.locator("#tab-fleet").click()
+    page.locator("#fleet-new").fill(name)
+    page.locator("#fleet-start-send").click()
+
+
+@contextmanager
+def hall_page(browser, folder, report=None, locale="en-US"):
+    """A page that shows a hall's fleet; its latest report may be another one."""
+    files = write_results(str(folder / "fleets" / "hall-3" / "results"))
+    if report is not None:
+        write_report(files, report)
+    with serving(folder) as address, opened(browser, address, locale) as page:
+        show_fleet(page, "hall-3")
+        yield page
+
+
+def wheelbase_field(page):
+    page.locator("#tab-vehicle").click()
+    field = page.get_by_label("truck a, wheelbase")
+    expect(field).not_to_have_value("", timeout=SOON)
+    return field
+
+
+def send_key(page, key):
+    page.locator("#key").fill(key)
+    page.locator("#key-send").click()
+
+
 def in_screen_units(pose):
     return 1e3 * pose[0], 1e3 * pose[1], math.degrees(pose[2])
 
@@ -310,26 +339,9 @@ def test_what_the_filter_learned_is_shown_and_taken_over_by_clicking(robot_page,
     picture(page, "phone-learned-recording")
 
 
-def test_one_of_a_fleets_floors_is_chosen(browser, tmp_path):
-    files = write_results(str(tmp_path / "fleets" / "hall-3" / "results"))
-    write_report(files, report_of_two_floors())
-    with serving(tmp_path) as address, opened(browser, address) as page:
-        page.locator("#tab-fleet").click()
-        page.locator("#fleet-new").fill("hall-3")
-        page.locator("#fleet-start-send").click()
-        expect(page.locator("#fleet-places")).to_contain_text("floor north", timeout=SOON)
-        page.get_by_test_id("floor-name").select_option("south")
-        expect(page.locator("#fleet-places")).to_contain_text("floor south", timeout=SOON)
-        expect(page.locator("#fleet-places li")).to_have_count(1)
-
-
 @pytest.mark.slow
 def test_a_fleet_is_shown_at_a_glance_with_its_floor_a_robots_history_and_report(browser, tmp_path, picture):
-    write_results(str(tmp_path / "fleets" / "hall-3" / "results"))
-    with serving(tmp_path) as address, opened(browser, address) as page:
-        page.locator("#tab-fleet").click()
-        page.locator("#fleet-new").fill("hall-3")
-        page.locator("#fleet-start-send").click()
+    with hall_page(browser, tmp_path) as page:
         expect(page.get_by_test_id("state-sick")).to_have_text("1 faulty", timeout=SOON)
         expect(page.get_by_test_id("state-drift")).to_have_text("2 drift")
         expect(page.get_by_test_id("state-fine")).to_have_text("37 fine")
@@ -369,9 +381,7 @@ def test_a_days_recordings_are_uploaded_and_worked_on_by_clicking(page, tmp_path
     write_store(draw_hall(2, 2, faulty=0, places=0, sync_period=0.04), store, range(1), 1, 1.0)
     (store / "hall.toml").unlink()
     archive = shutil.make_archive(str(tmp_path / "day"), "zip", store)
-    page.locator("#tab-fleet").click()
-    page.locator("#fleet-new").fill("small")
-    page.locator("#fleet-start-send").click()
+    show_fleet(page, "small")
     expect(page.locator("#fleet-title")).to_have_text("Fleet small", timeout=SOON)
     page.locator("#fleet-upload").set_input_files(archive)
     expect(page.locator("#fleet-upload-message")).to_contain_text("2 recordings of 2 robots", timeout=SOON)
@@ -401,11 +411,8 @@ def test_a_key_that_only_reads_changes_no_vehicle_and_the_service_says_why(brows
     address, keys = keyed
     with opened(browser, address) as page:
         expect(page.locator("#key-dialog")).to_be_visible(timeout=SOON)
-        page.locator("#key").fill(keys["visitor"])
-        page.locator("#key-send").click()
-        page.locator("#tab-vehicle").click()
-        field = page.get_by_label("truck a, wheelbase")
-        expect(field).not_to_have_value("", timeout=SOON)
+        send_key(page, keys["visitor"])
+        field = wheelbase_field(page)
         field.fill("500")
         field.press("Enter")
         expect(page.locator("#edit-message")).to_contain_text("read", timeout=SOON)
@@ -417,16 +424,12 @@ def test_a_service_with_keys_asks_for_one_and_names_it_at_the_versions_that_it_m
     with opened(browser, address) as page:
         expect(page.locator("#key-dialog")).to_be_visible(timeout=SOON)
         picture(page, "key")
-        page.locator("#key").fill(f"{key[:-4]}xxxx")
-        page.locator("#key-send").click()
+        send_key(page, f"{key[:-4]}xxxx")
         expect(page.locator("#key-message")).not_to_be_empty(timeout=SOON)
-        page.locator("#key").fill(key)
-        page.locator("#key-send").click()
+        send_key(page, key)
         live(page)
         expect(page.locator("#key-dialog")).to_be_hidden()
-        page.locator("#tab-vehicle").click()
-        field = page.get_by_label("truck a, wheelbase")
-        expect(field).not_to_have_value("", timeout=SOON)
+        field = wheelbase_field(page)
         field.fill("350")
         field.press("Enter")
         expect(page.locator("#history tr")).to_have_count(2, timeout=SOON)
@@ -437,9 +440,7 @@ def test_a_vehicle_is_changed_and_its_versions_are_compared(robot_page, picture)
     page = robot_page
     for version, width in enumerate((1440, 390), start=2):
         page.set_viewport_size({"width": width, "height": 1600})
-        page.locator("#tab-vehicle").click()
-        field = page.get_by_label("truck a, wheelbase")
-        expect(field).not_to_have_value("", timeout=SOON)
+        field = wheelbase_field(page)
         former = float(field.input_value())
         field.fill("5")
         expect(field).to_have_accessible_description("Expected 10 to 10000 mm.")
@@ -461,9 +462,7 @@ def test_a_vehicle_is_changed_and_its_versions_are_compared(robot_page, picture)
 
 def test_a_vehicle_that_somebody_else_changed_is_shown_and_its_comments_stay(robot_page):
     page = robot_page
-    page.locator("#tab-vehicle").click()
-    field = page.get_by_label("truck a, wheelbase")
-    expect(field).not_to_have_value("", timeout=SOON)
+    field = wheelbase_field(page)
     address = f"{page.url.partition('#')[0]}v1/vehicles/omnimate"
     text = page.request.get(address).json()["toml"].replace("wheelbase = 0.34", "wheelbase = 0.34  # by hand")
     headers = {"If-Match": '"1"', "Content-Type": "application/toml"}
@@ -518,13 +517,8 @@ def test_the_page_is_in_the_browsers_language_until_another_one_is_chosen(browse
         expect(page.locator("html")).to_have_attribute("lang", "en")
 
 
-def test_the_findings_of_a_fleet_are_in_the_pages_language(browser, tmp_path):
-    files = write_results(str(tmp_path / "fleets" / "hall-3" / "results"))
-    write_report(files, report_of_two_floors())
-    with serving(tmp_path) as address, opened(browser, address, "de-DE") as page:
-        page.locator("#tab-fleet").click()
-        page.locator("#fleet-new").fill("hall-3")
-        page.locator("#fleet-start-send").click()
+def test_findings_are_in_the_pages_language_and_those_of_one_floor_are_chosen(browser, tmp_path):
+    with hall_page(browser, tmp_path, report_of_two_floors(), "de-DE") as page:
         faulty, asked = (page.get_by_test_id(f"finding-{robot}") for robot in (FAULTY, ASKED))
         expect(faulty).to_contain_text(
             "Radstand: Änderung um \N{MINUS SIGN}0,760 ± 0,020 % seit 2026-03-23 "
@@ -539,6 +533,8 @@ def test_the_findings_of_a_fleet_are_in_the_pages_language(browser, tmp_path):
         )
         page.get_by_test_id("floor-name").select_option("south")
         expect(page.locator("#fleet-places")).to_contain_text("Roboter driften seitlich in Richtung 63 Grad")
+        expect(page.locator("#fleet-places")).to_contain_text("Boden south")
+        expect(page.locator("#fleet-places li")).to_have_count(1)
         page.get_by_test_id(f"dot-{ASKED}").click()
         expect(page.locator("#fleet-robot-says")).to_contain_text("die Triage verlangt", timeout=SOON)
 
@@ -616,9 +612,7 @@ def test_axe_finds_no_violation_in_any_view(browser, tmp_path, locale):
         page.locator("#edit-send").click()
         expect(page.locator("#compare")).to_be_visible(timeout=SOON)
         assert_accessible(page, "vehicle, compared")
-        page.locator("#tab-fleet").click()
-        page.locator("#fleet-new").fill("hall-3")
-        page.locator("#fleet-start-send").click()
+        show_fleet(page, "hall-3")
         page.get_by_test_id(f"dot-{FAULTY}").wait_for(timeout=SOON)
         assert_accessible(page, "fleet")
         page.get_by_test_id(f"dot-{FAULTY}").click()

@@ -59,24 +59,6 @@ def test_a_job_that_died_is_tried_again_and_then_fails_with_its_reason(empty):
     assert view.error == "given up after 3 attempts: its process ended with code -9"
 
 
-def test_a_job_whose_service_is_stopped_is_queued_again_however_often(empty):
-    with empty.writing() as db:
-        job_id = add_job(db, ["rec"], "local").id
-    for _ in range(2 * MAX_ATTEMPTS):
-        with empty.writing() as db:
-            assert claim_job(db, "this") == job_id
-            finish_job(job_of(db, job_id, "this"), None)
-            view = Job.of(find_row(db, DiagnosisRow, job_id))
-        assert (view.state, view.attempts) == ("queued", 0)
-
-
-def test_a_job_of_another_service_is_not_touched(empty):
-    with empty.writing() as db:
-        job_id = add_job(db, ["rec"], "local").id
-        claim_job(db, "this")
-        assert job_of(db, job_id, "another") is None
-
-
 def test_the_same_recordings_are_diagnosed_once(empty):
     with empty.writing() as db:
         db.get(RecordingRow, "rec").sha256 = "a" * 64

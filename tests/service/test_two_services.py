@@ -1,4 +1,4 @@
-"""Two services on one PostgreSQL; a database that goes away or is full, and jumps of the clock."""
+"""Two services on one PostgreSQL; a database that goes away or is full."""
 
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -9,19 +9,14 @@ import sqlalchemy
 from sqlalchemy.exc import OperationalError
 
 from omnimate.service.event_stream import EventStream
-from omnimate.service.jobs.queue import claim_job, expire_sessions_and_requeue_jobs, queue_job
 from omnimate.service.robot.connection import simulated_plant
 from omnimate.service.robot.robot_thread import RobotThread
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.store import vehicles
 from omnimate.service.store.recordings import RecordingStore
-from omnimate.service.store.tables import DiagnosisRow, SessionRow, find_row
-from omnimate.service.umbmark.models import SessionStart
-from omnimate.service.umbmark.sessions import start_session, take_lease
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import format_vehicle
 
-HOUR = 3600.0  # [s]
 TERMINATE = (
     "select pg_terminate_backend(pid) from pg_stat_activity "
     "where datname = current_database() and pid <> pg_backend_pid()"
@@ -126,40 +121,6 @@ def test_connections_that_the_server_ends_give_no_error_of_the_service(
     engine.dispose()
     stored = next(answer for _ in range(50) if (answer := service.get(path)).status_code == 200)
     assert len(stored.json()["samples"]) >= acknowledged
-
-
-@pytest.mark.parametrize("jump", [-HOUR, HOUR], ids=["back", "forward"])
-def test_no_lease_of_a_dead_service_outlives_a_jump_of_the_clock(jump, database, monkeypatch):
-    """Each service takes the time of its own machine."""
-    with database.writing() as db:
-        row = start_session(db, SessionStart(how="drive"), "omnimate", 10.0 * HOUR)
-        take_lease(row, "dead")
-        queue_job(db, DiagnosisRow, recordings=[])
-        job, session = claim_job(db, "dead"), row.id
-    expire_sessions_and_requeue_jobs(database)
-    assert states(database, session, job) == ("driving", "running")
-    now = time.time()
-    monkeypatch.setattr(time, "time", lambda: now + jump)
-    expire_sessions_and_requeue_jobs(database)
-    assert states(database, session, job) == ("interrupted", "queued")
-    with database.writing() as db:
-        find_row(db, DiagnosisRow, job).state = "cancelled"
-
-
-def states(database, session, job):
-    with database.reading() as db:
-        return find_row(db, SessionRow, session).state, find_row(db, DiagnosisRow, job).state
-
-
-@pytest.mark.parametrize("jump", [-HOUR, HOUR], ids=["back", "forward"])
-def test_a_request_is_carried_out_once_across_a_jump_of_the_clock(jump, client, monkeypatch):
-    headers, now = {"Idempotency-Key": f"jump {jump}"}, time.time()
-    first = client.post("/v1/umbmark/sessions", json={}, headers=headers)
-    monkeypatch.setattr(time, "time", lambda: now + jump)
-    expire_sessions_and_requeue_jobs(client.components.database)
-    again = client.post("/v1/umbmark/sessions", json={}, headers=headers)
-    assert again.json() == first.json()
-    assert again.headers["Idempotency-Replayed"] == "true"
 
 
 def test_a_robot_that_is_lost_while_the_database_is_away_is_read_again(

@@ -52,17 +52,6 @@ def test_a_run_that_is_left_out_takes_the_result_with_it(client, started, sample
     assert client.delete(f"{path}/samples/2").status_code == 404
 
 
-def test_the_same_key_does_a_thing_once(service, started, manual_runs):
-    path, key = started(service), {"Idempotency-Key": "run 1"}
-    run, other = list(manual_runs())
-    first = service.post(f"{path}/samples", json=run, headers=key)
-    again = service.post(f"{path}/samples", json=run, headers=key)
-    assert (again.status_code, again.json()) == (201, first.json())
-    assert again.headers["Idempotency-Replayed"] == "true"
-    assert len(service.get(path).json()["samples"]) == 1
-    assert service.post(f"{path}/samples", json=other, headers=key).status_code == 409
-
-
 @pytest.mark.parametrize(
     ("body", "where"),
     [

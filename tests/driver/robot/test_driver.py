@@ -317,42 +317,27 @@ def test_reading_only_never_writes_a_control_word(kit):
     assert not [can_id for can_id, _ in bus.sent if can_id in {0x211, 0x212, 0x611, 0x612}]
 
 
-class FakeDriver:
-    """Counts how often it is closed; refuses to be configured where it has a problem."""
-
-    closed = 0
-    problem = None
-
-    def __init__(self, vehicle, bus, *, recorder=None, descriptions=None, flight_recorder=None):
-        self.arguments = vehicle, bus, recorder
-
-    def configure(self):
-        if self.problem is not None:
-            raise self.problem
-        return "report"
-
-    def close(self):
-        type(self).closed += 1
-
-
 @pytest.fixture
-def fake_driver(monkeypatch):
-    class Driver(FakeDriver):
-        """One class for each test."""
+def closings(kit, monkeypatch):
+    """How often the bus that a URL opens was closed."""
+    bus, closed = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)]), []
+    monkeypatch.setattr(bus, "shutdown", lambda: closed.append(True))
+    monkeypatch.setattr(module, "open_bus", Opener(bus))
+    return closed
 
-    monkeypatch.setattr(module, "Driver", Driver)
-    return Driver
 
-
-def test_it_hands_on_what_configuring_showed_and_leaves_the_bus_open(fake_driver):
-    opened, report = open_driver("vehicle", "virtual://x", "recorder")
-    assert opened.arguments == ("vehicle", "virtual://x", "recorder")
-    assert (report, fake_driver.closed) == ("report", 0)
+def test_it_hands_on_what_configuring_showed_and_leaves_the_bus_open(kit, closings):
+    driver, report = open_driver(kit.one_truck(), "virtual://x")
+    assert (driver.vehicle.name, [node.node for node in report.nodes]) == ("single", [1, 2])
+    assert closings == []
 
 
 @pytest.mark.parametrize("problem", [BusError("virtual://x", "no answer"), KeyboardInterrupt()])
-def test_whatever_ends_configuring_closes_the_bus(fake_driver, problem):
-    fake_driver.problem = problem
+def test_whatever_ends_configuring_closes_the_bus(kit, closings, monkeypatch, problem):
+    def fail(_driver):
+        raise problem
+
+    monkeypatch.setattr(Driver, "configure", fail)
     with pytest.raises(type(problem)):
-        open_driver("vehicle", "virtual://x")
-    assert fake_driver.closed == 1
+        open_driver(kit.one_truck(), "virtual://x")
+    assert closings == [True]

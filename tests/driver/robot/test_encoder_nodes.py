@@ -36,15 +36,6 @@ def run(recovery, until, step=0.25):
     return done
 
 
-def test_a_requested_node_is_configured_at_the_next_poll():
-    recovery = Recovery(Script(), EventLog(), inline=True)
-    assert not recovery.is_busy
-    recovery.request(1, 0.0)
-    assert recovery.is_busy
-    assert run(recovery, 1.0) == [(0.0, 1)]
-    assert not recovery.is_busy
-
-
 def test_nodes_are_configured_one_at_a_time_in_the_order_of_their_requests():
     recovery = Recovery(Script(), EventLog(), inline=True)
     for node in (3, 1, 2):
@@ -53,12 +44,15 @@ def test_nodes_are_configured_one_at_a_time_in_the_order_of_their_requests():
 
 
 @given(st.integers(0, 20))
-def test_a_failing_node_is_tried_with_doubled_pauses_up_to_the_longest(failures):
+def test_a_requested_node_is_configured_at_once_or_tried_with_doubled_pauses_up_to_the_longest(failures):
     script, events = Script(failures), EventLog()
     recovery = Recovery(script, events, inline=True)
+    assert not recovery.is_busy
     recovery.request(1, 0.0)
+    assert recovery.is_busy
     pauses = [min(FIRST_DELAY * 2**number, LONGEST_DELAY) for number in range(failures)]
     assert run(recovery, sum(pauses) + 1.0) == [(sum(pauses), 1)]
+    assert not recovery.is_busy
     assert sum(event.count for event in events.all()) == failures
 
 

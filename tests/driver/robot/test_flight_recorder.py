@@ -149,8 +149,8 @@ def test_wheels_that_are_stopped_without_a_command_are_a_fault(tmp_path):
 
 
 def test_an_error_that_leaves_cycle_is_a_fault_whose_folder_is_written_by_close(kit, tmp_path):
-    bus = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)])
-    with Driver(kit.one_truck(), bus, clock=kit.Clock(), flight_recorder=tmp_path) as driver:
+    driver, bus = kit.driver_and_bus(flight_recorder=tmp_path)
+    with driver:
         driver.configure()
         for _ in range(20):
             driver.cycle()
@@ -166,8 +166,7 @@ def test_an_error_that_leaves_cycle_is_a_fault_whose_folder_is_written_by_close(
 
 
 def test_a_defect_of_the_program_that_leaves_cycle_is_a_fault_too(kit, tmp_path, monkeypatch):
-    bus = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)])
-    with Driver(kit.one_truck(), bus, clock=kit.Clock(), flight_recorder=tmp_path) as driver:
+    with kit.driver_and_bus(flight_recorder=tmp_path)[0] as driver:
         driver.configure()
         driver.cycle()
         monkeypatch.setattr(driver, "_check_wheels", lambda _sample: 1 // 0)

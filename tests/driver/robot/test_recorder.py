@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.driver.robot import recorder as recorder_module
-from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.files.recordings.folder import load_recording
 from omnimate.files.recordings.poses_csv import read_poses
@@ -17,13 +16,9 @@ from omnimate.vehicle.file import load_vehicle
 
 
 def drive(kit, folder, cycles=20, **kwargs):
-    bus = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)])
-    vehicle = kit.one_truck()
-    samples = []
-    with (
-        Recorder(folder, vehicle, **kwargs) as recorder,
-        Driver(vehicle, bus, clock=kit.Clock(), recorder=recorder) as driver,
-    ):
+    samples, recorder = [], Recorder(folder, kit.one_truck(), **kwargs)
+    driver, bus = kit.driver_and_bus(recorder=recorder)
+    with recorder, driver:
         driver.configure()
         for step in range(cycles):
             for device in bus.devices.values():
@@ -53,11 +48,11 @@ def test_the_log_never_steps_backwards(kit, tmp_path_factory, times):
 
 
 def test_the_vehicle_file_holds_the_ranges_that_were_found(kit, tmp_path):
-    bus = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)])
-    bus.devices[1].objects[0x6002, 0][0] = 4095
     recorder = Recorder(tmp_path, kit.one_truck())
+    driver, bus = kit.driver_and_bus(recorder=recorder)
+    bus.devices[1].objects[0x6002, 0][0] = 4095
     assert load_vehicle(tmp_path / "vehicle.toml").encoder("a.left").range is None
-    Driver(kit.one_truck(), bus, clock=kit.Clock(), recorder=recorder).configure()
+    driver.configure()
     recorder.close()
     assert load_vehicle(tmp_path / "vehicle.toml").encoder("a.left").range == 4096
 
@@ -110,9 +105,8 @@ def test_a_driver_goes_on_when_the_disk_is_full_and_reports_once_how_many_frames
     monkeypatch.setattr(
         recorder_module, "CandumpWriter", lambda _path: writer("/dev/full", sync_interval=3600.0)
     )
-    bus, vehicle = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)]), kit.one_truck()
-    recorder = Recorder(tmp_path, vehicle)
-    with Driver(vehicle, bus, clock=kit.Clock(), recorder=recorder) as driver:
+    recorder = Recorder(tmp_path, kit.one_truck())
+    with kit.driver_and_bus(recorder=recorder)[0] as driver:
         driver.configure()
         samples = [driver.cycle() for _ in range(500)]
         (problem,) = driver.report().problems

@@ -8,7 +8,6 @@ from omnimate.files.logs.canopen_words import (
     describe_frame,
     emcy_in_words,
     error_register_in_words,
-    nmt_state_in_words,
     sdo_abort_in_words,
 )
 
@@ -37,6 +36,7 @@ from omnimate.files.logs.canopen_words import (
         (0x603, "00", "SDO to node 3: wrong length 1"),
         (0x703, "00", "heartbeat of node 3: boot-up"),
         (0x70A, "85", "heartbeat of node 10: operational"),
+        (0x70A, "33", "heartbeat of node 10: unknown state 33h"),
         (0x7E5, "0400000000000000", "LSS command"),
     ],
 )
@@ -76,11 +76,6 @@ def test_every_abort_code_that_drivers_meet_has_words():
     ):
         assert sdo_abort_in_words(code) != "unknown abort code"
     assert sdo_abort_in_words(0x12345678) == "unknown abort code"
-
-
-def test_the_toggle_bit_of_node_guarding_is_no_state():
-    assert nmt_state_in_words(0x85) == nmt_state_in_words(0x05) == "operational"
-    assert nmt_state_in_words(0x33) == "unknown state 33h"
 
 
 @given(st.integers(0, 0x7FF), st.binary(max_size=8), st.booleans())

@@ -99,12 +99,6 @@ def test_garbage_costs_its_own_line_and_no_other(rows, at, form):
         assert lines[skipped.line - 1].startswith(b"(170x")
 
 
-@given(rows=logs)
-def test_a_whole_log_is_printed_again_byte_for_byte(rows):
-    block = block_of(rows)
-    assert block_of(list(BlockParser().parse(block))) == block
-
-
 @given(st.lists(st.binary(max_size=40).filter(lambda text: b"\n" not in text), max_size=40))
 def test_no_file_at_all_breaks_the_reader(lines):
     parser = BlockParser()

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from omnimate.files.logs import blocks as module
 from omnimate.files.logs.blocks import LogStream, read_log
 from omnimate.files.logs.formats.block_reader import BlockReader
-from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, SENT, Frame
+from omnimate.files.logs.formats.python_can_logs import message_of_frame
+from omnimate.files.logs.frames import ERROR, FD, REMOTE, SENT, Frame
 from omnimate.files.logs.writing import SUFFIXES, log_suffix, open_writer, written_whole
 from omnimate.vehicle.errors import LogError
 from tests.files.logs.any_frames import CLASSICAL, KINDS, any_frames, logs
@@ -185,18 +186,7 @@ def test_mf4_is_read_as_python_can_wrote_it(tmp_path):
     ]
     with can.MF4Writer(tmp_path / "a.mf4") as writer:
         for row in rows:
-            writer(
-                can.Message(
-                    timestamp=row.time,
-                    arbitration_id=row.can_id,
-                    is_extended_id=bool(row.flags & EXTENDED),
-                    is_remote_frame=bool(row.flags & REMOTE),
-                    is_fd=bool(row.flags & FD),
-                    data=None if row.flags & REMOTE else row.data,
-                    dlc=row.length,
-                    channel=0,
-                )
-            )
+            writer(message_of_frame(row))
     again = list(LogStream(tmp_path / "a.mf4"))
     assert [(row.can_id, row.flags, row.data) for row in again] == [(r.can_id, r.flags, r.data) for r in rows]
     assert [row.time - again[0].time for row in again] == pytest.approx([0.0, 0.5, 1.0], abs=1e-6)
@@ -217,12 +207,8 @@ def test_an_mf4_is_read_by_python_can_frame_by_frame(tmp_path, monkeypatch):
             pass
 
         def __iter__(self):
-            yield can.Message(
-                timestamp=1.0, arbitration_id=0x181, is_extended_id=False, data=b"ab", channel=0
-            )
-            yield can.Message(
-                timestamp=2.0, arbitration_id=0x182, is_extended_id=False, data=bytes(12), is_fd=True
-            )
+            yield message_of_frame(Frame(1.0, 0x181, b"ab"))
+            yield message_of_frame(Frame(2.0, 0x182, bytes(12), FD))
             raise ValueError(self.path.name)
 
     monkeypatch.setitem(sys.modules, "asammdf", types.ModuleType("asammdf"))

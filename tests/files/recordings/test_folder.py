@@ -164,19 +164,15 @@ def test_an_empty_log_is_an_error(vehicle, tmp_path):
 
 
 @pytest.mark.parametrize("shift", [-3600.0, 3600.0, -START])
-def test_laps_on_another_clock_are_refused(vehicle, tmp_path, shift):
-    lap = Lap("cw", START + shift, START + shift + 0.3)
-    save_recording(recording_of(vehicle, run=Run("umbmark", 4.0, (lap,))), tmp_path)
-    with pytest.raises(RecordingError, match="clock"):
-        load_recording(tmp_path)
-
-
-@pytest.mark.parametrize("shift", [-3600.0, 3600.0, -START])
-def test_poses_on_another_clock_are_refused(vehicle, tmp_path, shift):
-    poses = recording_of(vehicle).poses
-    save_recording(recording_of(vehicle, poses=replace(poses, time=poses.time + shift)), tmp_path)
-    with pytest.raises(RecordingError, match=r"poses\.csv: .*clock"):
-        load_recording(tmp_path)
+def test_laps_and_poses_on_another_clock_are_refused(vehicle, tmp_path, shift):
+    lap, poses = Lap("cw", START + shift, START + shift + 0.3), recording_of(vehicle).poses
+    for file, changes in (
+        ("run.toml", {"run": Run("umbmark", 4.0, (lap,))}),
+        ("poses.csv", {"poses": replace(poses, time=poses.time + shift)}),
+    ):
+        save_recording(recording_of(vehicle, **changes), tmp_path / file)
+        with pytest.raises(RecordingError, match=rf"{file}: .*clock"):
+            load_recording(tmp_path / file)
 
 
 def test_recordings_made_elsewhere_load_and_survive_being_saved(shared_data, tmp_path):

@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,10 +9,8 @@ from omnimate.mismatch.answer.findings import _fit
 from omnimate.mismatch.answer.relevance import is_large, relevant
 from omnimate.mismatch.candidates.terms import term
 from omnimate.mismatch.diagnosis import Change, Finding, Where
-from omnimate.mismatch.fit import fitted
 from omnimate.mismatch.heldout import held_out, nominal_of
-from omnimate.mismatch.recording.signals import signals_of
-from tests.mismatch.conftest import USUAL
+from tests.mismatch.conftest import fit_of
 
 
 def finding(effect, component="b.left"):
@@ -30,29 +26,6 @@ def test_an_error_without_a_name_is_large_where_it_exceeds_the_noise_of_a_nomina
     is_seen = (1.0 - kept**2) / quieter**2 >= 1.0 - 0.95**2
     assert is_large(finding("unknown"), misses, {"b.left"}) == is_seen
     assert is_large(finding("wheelbase"), misses, {"b.left"})
-
-
-def fit_of(recordings, *terms):
-    return fitted(
-        [signals_of(each) for each in recordings], USUAL, terms, [np.zeros(len(t.probes)) for t in terms]
-    )
-
-
-@pytest.fixture
-def eccentric(drive, effect):
-    """Return a function that drives a robot whose wheel b.left is out of round by an amplitude [m] each."""
-
-    def driven(*amplitudes):
-        """Of a negative amplitude, the wheel is out of round to the other side."""
-        hidden = [
-            effect(
-                "wheel_eccentricity", "b.left", amplitude=abs(size), phase=0.5 if size > 0.0 else 0.5 - np.pi
-            )
-            for size in amplitudes
-        ]
-        return [drive(each, seed=20 + number, laps=1) for number, each in enumerate(hidden)]
-
-    return driven
 
 
 def relevant_of(fit, *findings):

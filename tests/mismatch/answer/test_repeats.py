@@ -7,47 +7,31 @@ import numpy as np
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.answer.repeats import repeats_of
 from omnimate.mismatch.candidates.terms import term
-from omnimate.mismatch.fit import fitted
-from omnimate.mismatch.recording.signals import signals_of
-from tests.mismatch.conftest import USUAL
-
-
-def eccentric(drive, effect, *amplitudes):
-    """Return drives of a robot whose wheel b.left is out of round by an amplitude [m] each."""
-    return [
-        drive(effect("wheel_eccentricity", "b.left", amplitude=size, phase=0.5), seed=20 + number, laps=1)
-        for number, size in enumerate(amplitudes)
-    ]
+from tests.mismatch.conftest import fit_of
 
 
 def repeats(recordings):
-    fit = fitted(
-        [signals_of(recording) for recording in recordings],
-        USUAL,
-        [term("wheel_eccentricity", "b.left")],
-        [np.zeros(2)],
-    )
-    return repeats_of(fit, 1)[0]
+    return repeats_of(fit_of(recordings, term("wheel_eccentricity", "b.left")), 1)[0]
 
 
-def test_the_size_in_each_recording_alone_is_given_and_equal_ones_agree(drive, effect):
-    found = repeats(eccentric(drive, effect, 4e-4, 4e-4, 4e-4))
+def test_the_size_in_each_recording_alone_is_given_and_equal_ones_agree(eccentric):
+    found = repeats(eccentric(4e-4, 4e-4, 4e-4))
     assert found.agree
     assert np.all(np.abs(np.array(found.parameter.value) - 4e-4) < 3.0 * np.array(found.parameter.sigma))
 
 
-def test_sizes_that_differ_do_not_agree(drive, effect):
-    found = repeats(eccentric(drive, effect, 6e-4, 6e-4, 1e-4))
+def test_sizes_that_differ_do_not_agree(eccentric):
+    found = repeats(eccentric(6e-4, 6e-4, 1e-4))
     assert not found.agree
     assert np.argmin(found.parameter.value) == 2
 
 
-def test_one_recording_repeats_nothing(drive, effect):
-    assert repeats(eccentric(drive, effect, 4e-4)) is None
+def test_one_recording_repeats_nothing(eccentric):
+    assert repeats(eccentric(4e-4)) is None
 
 
-def test_a_diagnosis_of_several_recordings_says_whether_they_agree(drive, effect):
-    answer = diagnose(eccentric(drive, effect, 4e-4, 4e-4)).as_json()
+def test_a_diagnosis_of_several_recordings_says_whether_they_agree(eccentric):
+    answer = diagnose(eccentric(4e-4, 4e-4)).as_json()
     assert answer["findings"][0]["effect"] == "wheel_eccentricity"
     assert answer["findings"][0]["repeats"]["agree"] is True
 

@@ -27,6 +27,11 @@ EFFECTS = (
 )
 
 
+def log_density_gain(data, covariance):
+    """Return the log density of data by a covariance against that of white noise."""
+    return -0.5 * (data @ np.linalg.solve(covariance, data) - data @ data + np.linalg.slogdet(covariance)[1])
+
+
 def root_of_inverse(matrix):
     sizes, axes = np.linalg.eigh(matrix)
     return (axes / np.sqrt(sizes)) @ axes.T
@@ -56,10 +61,7 @@ def test_the_bayes_factor_is_the_integral_over_the_size_of_a_fault(gram, sigmas)
 def test_the_evidence_is_the_density_of_the_data_with_against_that_without(seed, width, size):
     chance = np.random.default_rng(seed)
     columns, data = chance.normal(size=(25, width)), 2.0 * chance.normal(size=25)
-    covariance = np.eye(25) + size**2 * columns @ columns.T
-    expected = -0.5 * (
-        data @ np.linalg.solve(covariance, data) - data @ data + np.linalg.slogdet(covariance)[1]
-    )
+    expected = log_density_gain(data, np.eye(25) + size**2 * columns @ columns.T)
     assert log_evidence(columns.T @ columns, columns.T @ data, size) == pytest.approx(expected, abs=1e-8)
 
 
@@ -145,16 +147,10 @@ def test_further_columns_are_projected_out_as_those_that_are_there(judged, seed,
     later = posterior.regression.white[:, 3:]
     there = range(3, posterior.regression.white.shape[1])
     np.testing.assert_allclose(conditional.project_out(later), conditional.residual_columns(there), atol=1e-6)
+    left = conditional.residual_columns(there)
     for gram, score in (conditional.products_of(later), conditional.gram_and_score(there)):
-        np.testing.assert_allclose(
-            score, conditional.residual_columns(there).T @ conditional.residual, rtol=1e-4, atol=1e-3
-        )
-        np.testing.assert_allclose(
-            gram,
-            conditional.residual_columns(there).T @ conditional.residual_columns(there),
-            rtol=1e-4,
-            atol=1e-3,
-        )
+        np.testing.assert_allclose(score, left.T @ conditional.residual, rtol=1e-4, atol=1e-3)
+        np.testing.assert_allclose(gram, left.T @ left, rtol=1e-4, atol=1e-3)
 
 
 def test_coefficients_are_as_far_from_the_truth_as_their_covariance_says(judged):
@@ -187,10 +183,7 @@ def test_sets_are_compared_by_the_density_of_the_data(drawn, waves, candidate):
     columns = waves([300.0, 200.0], 9)
     posterior = drawn(columns, terms, np.array([0.7, 0.2]), 9)
     data = posterior.regression.white[:, 0]
-    covariance = np.eye(len(data)) + MEMBER_SIZE**2 * columns @ columns.T
-    expected = -0.5 * (
-        data @ np.linalg.solve(covariance, data) - data @ data + np.linalg.slogdet(covariance)[1]
-    )
+    expected = log_density_gain(data, np.eye(len(data)) + MEMBER_SIZE**2 * columns @ columns.T)
     assert posterior.evidence((0, 1)) == pytest.approx(expected + terms[0].odds + terms[1].odds, abs=1e-6)
 
 

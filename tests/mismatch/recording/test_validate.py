@@ -12,13 +12,7 @@ from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.recording import Lap, Poses, Run
-
-
-def cut(recording, rows, **changes):
-    return replace(
-        recording, time=recording.time[rows], counts=recording.counts[rows], present=recording.present[rows],
-        commands=None, **changes,
-    )  # fmt: skip
+from tests.mismatch.conftest import cut
 
 
 @pytest.fixture(scope="module")
@@ -27,32 +21,21 @@ def plain(drive):
 
 
 def test_five_seconds_are_insufficient_and_it_says_what_to_record(plain):
-    diagnosis = diagnose([cut(plain, slice(0, 330), poses=None, run=None)])
+    diagnosis = diagnose([cut(plain, slice(0, 330))])
     assert diagnosis.verdict == "insufficient"
     assert not diagnosis.findings
     assert "record" in diagnosis.says
 
 
 def test_a_robot_that_stands_still_is_insufficient(plain):
-    rows = np.zeros(2000, int)
-    still = replace(
-        plain, time=plain.time[:2000], counts=plain.counts[rows], present=plain.present[rows],
-        commands=None, poses=None, run=None,
-    )  # fmt: skip
-    assert diagnose([still]).verdict == "insufficient"
+    assert diagnose([cut(plain, np.zeros(2000, int))]).verdict == "insufficient"
 
 
-def test_a_clock_that_goes_back_is_refused(plain):
+@pytest.mark.parametrize(("seconds", "words"), [(-5.0, "goes back"), (30.0, "jumps")])
+def test_a_clock_that_goes_back_or_jumps_is_refused(plain, seconds, words):
     time = plain.time.copy()
-    time[1000:] -= 5.0
-    with pytest.raises(RecordingError, match="clock goes back"):
-        diagnose([replace(plain, time=time)])
-
-
-def test_a_clock_that_jumps_is_refused(plain):
-    time = plain.time.copy()
-    time[1000:] += 30.0
-    with pytest.raises(RecordingError, match="clock jumps"):
+    time[1000:] += seconds
+    with pytest.raises(RecordingError, match=f"clock {words}"):
         diagnose([replace(plain, time=time)])
 
 

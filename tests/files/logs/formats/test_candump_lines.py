@@ -57,13 +57,6 @@ def test_a_printed_frame_is_read_again_as_the_same_frame(form, frame):
     assert parse_line(format_frame(frame, form).encode()) == frame
 
 
-@pytest.mark.parametrize("form", ["log", "ta"])
-@given(frame=frames)
-def test_a_read_line_is_printed_again_byte_for_byte(form, frame):
-    line = format_frame(frame, form)
-    assert format_frame(parse_line(line.encode()), form) == line
-
-
 def test_interfaces_are_right_aligned_where_there_are_several():
     lines = list(format_lines(frames_of([Frame(1.0, 1), Frame(1.0, 1, channel="vcan12")])))
     assert lines == ["(0000000001.000000)   can0 001#", "(0000000001.000000) vcan12 001#"]
