@@ -39,7 +39,7 @@ def diagnose(
             fit.
     """
     check(recordings)
-    names = tuple(single.source for single in recordings)
+    names = tuple(recording.source for recording in recordings)
     robot = recordings[0].vehicle.name
     reason = too_little(recordings)
     if reason:
@@ -48,7 +48,7 @@ def diagnose(
     look = first_look(recordings)
     if look is not None:
         return far_off(recordings, look)
-    found = investigate(recordings, without, progress, budget)
-    diagnosis = answer(found)
+    investigation = investigate(recordings, without, progress, budget)
+    diagnosis = answer(investigation)
     progress(PROGRESS_STEPS, PROGRESS_STEPS, "done")
     return diagnosis

@@ -223,7 +223,7 @@ class Signature:
     quantity: str  # label of the horizontal axis, with its unit as shown
     channel: str  # label of the vertical axis
     at: Array  # middle of each bin, `(B,)`
-    found: Array  # mean residual given all other findings, in standard deviations, `(B,)`
+    measured: Array  # mean residual given all other findings, in standard deviations, `(B,)`
     sigma: Array  # its standard error, `(B,)`
     predicted: Array  # mean predicted by the effect's model, `(B,)`
 

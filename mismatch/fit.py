@@ -104,30 +104,30 @@ def fitted(
     What every robot has is integrated out. The fit begins with `values`, and with the calibration of `start`.
     `disturbances` are process covariances (M, n, n) of each recording's disturbed windows.
     """
-    count, keys = len(terms), {single.key for single in terms}
-    every = [single.fine() for single in terms]
-    every += [single for single in calibrated_terms(signals) if single.key not in keys]
-    known = np.concatenate([np.zeros(0), *values, *(_begun(single, start) for single in every[count:])])
-    widths = [len(single.probes) for single in every]
-    own = slices_of(widths)
-    for single, at in zip(every, own, strict=True):
-        known[at] = known[at] if single.held is None else single.held
-    prior = prior_of(every, count)
-    held = held_of(every)
+    count, keys = len(terms), {term.key for term in terms}
+    all_terms = [term.fine() for term in terms]
+    all_terms += [term for term in calibrated_terms(signals) if term.key not in keys]
+    known = np.concatenate([np.zeros(0), *values, *(_begun(term, start) for term in all_terms[count:])])
+    widths = [len(term.probes) for term in all_terms]
+    parts = slices_of(widths)
+    for term, part in zip(all_terms, parts, strict=True):
+        known[part] = known[part] if term.held is None else term.held
+    prior = prior_of(all_terms, count)
+    held = held_of(all_terms)
     for turn in range(turns + 1):
-        effects = tuple(single.built(known[at]) for single, at in zip(every, own, strict=True))
+        effects = tuple(term.built(known[part]) for term, part in zip(all_terms, parts, strict=True))
         if turn == 0 and start is not None and start.regression.base == effects:
-            trajectories = [own.signals for own in start.regression.windows]
+            trajectories = [model.signals for model in start.regression.windows]
         else:
-            trajectories = [relinearised(single, effects) for single in signals]
-        windows = [windows_of(single) for single in trajectories]
+            trajectories = [relinearised(nominal, effects) for nominal in signals]
+        windows = [windows_of(trajectory) for trajectory in trajectories]
         if disturbances is not None:
             windows = [
-                replace(model, rounding=model.rounding + more)
-                for model, more in zip(windows, disturbances, strict=True)
+                replace(model, rounding=model.rounding + disturbance)
+                for model, disturbance in zip(windows, disturbances, strict=True)
             ]
         regression = Regression(windows, noise, effects)
-        places = tuple(regression.add(every))
+        places = tuple(regression.add(all_terms))
         if turn == 0:  # about any base they are the same, but for its square
             nuisance = regression.whitened(nuisances(windows))
         rows = whiten_nuisances(regression.white, nuisance)
@@ -136,15 +136,16 @@ def fitted(
         if turn == turns:
             break
         known = known + np.linalg.solve(precision + held, columns.T @ rows[:, 0] - prior @ known)
-        for single, at in zip(every, own, strict=True):
-            if single.positive:
-                known[at] = np.maximum(known[at], 0.0)
+        for term, part in zip(all_terms, parts, strict=True):
+            if term.positive:
+                known[part] = np.maximum(known[part], 0.0)
     covariance = np.linalg.inv(precision).astype(np.float64)
-    values, width = tuple(known[at] for at in own), sum(widths[:count])
+    values, width = tuple(known[part] for part in parts), sum(widths[:count])
 
-    def acting(some: slice, inside: slice) -> Acting:
-        own_covariance = covariance[inside, inside]
-        return Acting(tuple(every[some]), values[some], effects[some], places[some], own_covariance)
+    def acting(which: slice, inside: slice) -> Acting:
+        return Acting(
+            tuple(all_terms[which]), values[which], effects[which], places[which], covariance[inside, inside]
+        )
 
     chosen, calibrated = acting(slice(count), slice(width)), acting(slice(count, None), slice(width, None))
     return Fitted(regression, chosen, calibrated, nuisance)
@@ -152,19 +153,19 @@ def fitted(
 
 def held_of(terms: Sequence[Term]) -> Array:
     """Return the precision (K, K) that holds coefficients whose size is known while the others are fitted."""
-    return np.diag([HELD if single.held is not None else 0.0 for single in terms for _ in single.probes])
+    return np.diag([HELD if term.held is not None else 0.0 for term in terms for _ in term.probes])
 
 
 def prior_of(terms: Sequence[Term], count: int) -> Array:
     """Return the prior precision (K, K) of coefficients: of the first `count` terms, and of a calibration."""
-    width = [len(single.probes) for single in terms]
+    width = [len(term.probes) for term in terms]
     first = np.cumsum([0, *width])
     prior = np.eye(int(first[-1]))
     prior[: first[count], : first[count]] /= MEMBER_SIZE**2
     wheels = {
-        single.component: number
-        for number, single in enumerate(terms)
-        if single.is_calibrated and single.component in WHEEL
+        term.component: number
+        for number, term in enumerate(terms)
+        if term.is_calibrated and term.component in WHEEL
     }
     for wheel, left in wheels.items():
         truck, side = wheel.split(".")
@@ -177,9 +178,9 @@ def prior_of(terms: Sequence[Term], count: int) -> Array:
     return prior
 
 
-def _begun(single: Term, start: Fitted | None) -> Array:
+def _begun(term: Term, start: Fitted | None) -> Array:
     """Return the coefficients of a term in a fit, or zeros where it is in none."""
     for other, _, values in start.everything() if start is not None else ():
-        if other.key == single.key and len(values) == len(single.probes):
+        if other.key == term.key and len(values) == len(term.probes):
             return values
-    return np.zeros(len(single.probes))
+    return np.zeros(len(term.probes))

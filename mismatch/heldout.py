@@ -64,7 +64,7 @@ def held_out(
     removed = [rows[:, place] @ values for number, (_, place, values) in everything if number in without]
     train = sum(removed, rows[:, 0])
     kept = [acting for number, acting in everything if number not in without]
-    terms, values = [term for term, _, _ in kept], [own for _, _, own in kept]
+    terms, values = [term for term, _, _ in kept], [coefficients for _, _, coefficients in kept]
     known, shared = _shared(terms, values)
     chosen = sum(number not in without for number in range(len(fit.chosen.terms)))
     prior = shared.T @ prior_of(terms, chosen) @ shared
@@ -77,12 +77,14 @@ def held_out(
     folds = regression.of_rows(stretches)
     parts = slices_of(map(len, values))
     after, effects, gain = train.copy(), [], []
-    for fold in range(max(int(own.max()) for own in stretches) + 1):  # nothing may be measured in some
-        mine = folds == fold
-        others = columns[~mine]
-        sizes = np.linalg.solve(others.T @ others + prior, others.T @ target[~mine])
-        after[mine] = target[mine] - columns[mine] @ sizes
-        gain.append(0.5 * float((before[mine] ** 2 - after[mine] ** 2).sum()))
+    for fold in range(
+        max(int(numbers.max()) for numbers in stretches) + 1
+    ):  # nothing may be measured in some
+        left_out = folds == fold
+        others = columns[~left_out]
+        sizes = np.linalg.solve(others.T @ others + prior, others.T @ target[~left_out])
+        after[left_out] = target[left_out] - columns[left_out] @ sizes
+        gain.append(0.5 * float((before[left_out] ** 2 - after[left_out] ** 2).sum()))
         fitted = known + shared @ sizes
         effects.append(tuple(term.built(fitted[part]) for term, part in zip(terms, parts, strict=True)))
     return HeldOut(before, train, after, np.array(gain), tuple(effects), kind, stretches)
@@ -100,17 +102,17 @@ def predicts_better(richer: Fitted, simpler: Fitted) -> bool:
     Learning, 2nd edition, 2009, section 7.10.
     """
     with_more = held_out(nominal_of(richer), richer)
-    more = with_more.gain - held_out(nominal_of(simpler), simpler, with_more.kind).gain
-    return float(more.sum()) > float(np.sqrt(len(more)) * more.std(ddof=1)) if len(more) > 1 else True
+    gain = with_more.gain - held_out(nominal_of(simpler), simpler, with_more.kind).gain
+    return float(gain.sum()) > float(np.sqrt(len(gain)) * gain.std(ddof=1)) if len(gain) > 1 else True
 
 
 def _kind(fitted: Regression, columns: Array) -> Kind:
     """Return the longest stretches that may be left out, all parameters being told by the rest."""
-    whole = (columns**2).sum(axis=0)
+    total = (columns**2).sum(axis=0)
     for kind in ("laps", "blocks"):
         folds = fitted.of_rows(folds_of(fitted.windows, kind))
         inside = [(columns[folds == fold] ** 2).sum(axis=0) for fold in range(int(folds.max()) + 1)]
-        if np.all(np.max(inside, axis=0) < _MOST * whole):
+        if np.all(np.max(inside, axis=0) < _MOST * total):
             return kind
     return "moments"
 
@@ -121,9 +123,9 @@ def _shared(terms: Sequence[Term], values: Sequence[Array]) -> tuple[Array, Arra
     All events of a wheel have one size in common; nothing but its own moment tells what a push was.
     """
     known, shared = [np.zeros(0)], []
-    for term, own in zip(terms, values, strict=True):
-        known.append(own if term.is_unknown else np.zeros(len(own)))
-        equal = np.ones((len(own), 1)) if term.is_event else np.eye(len(own))
+    for term, coefficients in zip(terms, values, strict=True):
+        known.append(coefficients if term.is_unknown else np.zeros(len(coefficients)))
+        equal = np.ones((len(coefficients), 1)) if term.is_event else np.eye(len(coefficients))
         shared.append(equal[:, : 0 if term.is_unknown else None])
     return np.concatenate(known), block_diag(np.zeros((0, 0)), *shared)
 

@@ -82,9 +82,9 @@ def investigate(
     regression = nominal.regression.branch()
     regression.add(startup_nuisances(library, signals))
     regression = whiten_with_estimated_noise(regression)
-    found = (no_obstacles if excluded & {OBSTACLE.name} else find_obstacles)(regression)
-    noise = found.noise
-    fit = fitted(signals, noise, found.terms, found.values, 1, nominal, found.disturbances)
+    obstacles = (no_obstacles if excluded & {OBSTACLE.name} else find_obstacles)(regression)
+    noise = obstacles.noise
+    fit = fitted(signals, noise, obstacles.terms, obstacles.values, 1, nominal, obstacles.disturbances)
     names: set[tuple[tuple[str, str], int]] = set()
     complete, started = True, time.process_time()
     if budget is None:
@@ -98,22 +98,22 @@ def investigate(
         members = search(posterior, start if turn > 0 else (*start, *_calibration(posterior, fit)))
         progress(2 * turn + 2, PROGRESS_STEPS, "fitting effects and noise")
         terms, values = _refined(posterior, members)
-        fit = fitted(signals, noise, terms, values, start=fit, disturbances=found.disturbances)
+        fit = fitted(signals, noise, terms, values, start=fit, disturbances=obstacles.disturbances)
         windows, _count = inflate_disturbed_windows(fit.regression, fit.regression.white[:, 0])
         noise = estimate_noise(windows, fit.regression.raw, noise, (noise.wave,))
-        fit = fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit, found.disturbances)
+        fit = fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit, obstacles.disturbances)
         before, names = names, {(term.key, len(term.fixed.get("times", ()))) for term in terms}
         if turn > 0 and names == before:
             break
     # Residuals beyond noise have no candidate now: they count as noise, and disturbed windows are
     # down-weighted, lest they are taken for a lasting effect.
     noise, disturbances = _noise_and_disturbances(fit)
-    disturbances = [first + more for first, more in zip(found.disturbances, disturbances, strict=True)]
+    disturbances = [known + left for known, left in zip(obstacles.disturbances, disturbances, strict=True)]
     fit = fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit, disturbances)
     progress(2 * ROUNDS + 1, PROGRESS_STEPS, "holding the answer against its rivals")
     posterior, start = _posterior(fit, library, excluded, scan=False)
     unknown = unknown_errors(posterior.regression)
-    finish = partial(_final, signals, noise, found.disturbances, disturbances, unknown)
+    finish = partial(_final, signals, noise, obstacles.disturbances, disturbances, unknown)
     best = finish(posterior, start, fit)
     if UNKNOWN not in excluded:
         wider = _with_unknown(best.posterior, start, unknown)
@@ -164,8 +164,8 @@ def _final(
         ]
         if not rejected:
             # disturbed windows do not identify effects, but they inform their sizes
-            whole = fitted(signals, noise, terms, values, 1, fit, obstacle_disturbances)
-            fit = whole if _agree(whole.chosen, fit.chosen) else fit
+            with_all_windows = fitted(signals, noise, terms, values, 1, fit, obstacle_disturbances)
+            fit = with_all_windows if _agree(with_all_windows.chosen, fit.chosen) else fit
             return Investigation(signals, posterior, members, named, fit, unknown)
         posterior = posterior.without(rejected)
         members = tuple(member for member in members if member not in rejected)
@@ -184,12 +184,12 @@ def _is_accepted(term: Term, chosen: Acting, number: int) -> bool:
     return term.odds + 0.5 * float(values @ np.linalg.solve(covariance, values)) > 0.0
 
 
-def _agree(whole: Acting, undisturbed: Acting) -> bool:
+def _agree(all_windows: Acting, undisturbed: Acting) -> bool:
     """Say whether sizes from all windows agree with those from undisturbed ones, to three sigma."""
     return all(
         bool(np.all(np.abs(size - reference) < MAX_DISAGREEMENT * np.sqrt(np.diagonal(covariance))))
         for size, reference, covariance in zip(
-            whole.values, undisturbed.values, undisturbed.covariances(), strict=True
+            all_windows.values, undisturbed.values, undisturbed.covariances(), strict=True
         )
     )
 
@@ -223,8 +223,8 @@ def _posterior(
         if scan
         else push_terms(regression, [regression.push_scores(fit.residual) for fit in conditionals])
     )
-    more = [term for term in merged(terms, local) if term.effect not in excluded]
-    return posterior.with_more(more, regression.add(more, keep=False)), start
+    new = [term for term in merged(terms, local) if term.effect not in excluded]
+    return posterior.with_more(new, regression.add(new, keep=False)), start
 
 
 def posterior_with_background(
@@ -304,7 +304,7 @@ def _refined(posterior: Posterior, members: Sequence[int]) -> tuple[list[Term], 
 
 
 def startup_nuisances(library: Sequence[Term], signals: Sequence[Signals]) -> list[Term]:
-    """Return the terms that any robot may have, which are nuisances until effects are found."""
+    """Return the terms that any robot may have, which are nuisances until effects are obstacles."""
     with_poses = any(recording.poses is not None for recording in signals)
     when = {"always", "with poses"} if with_poses else {"always"}
     return [term for term in library if term.kind.startup_nuisance in when and term.size == 1.0]
@@ -336,8 +336,8 @@ def _noise_and_disturbances(fit: Fitted) -> tuple[NoiseLevels, list[Array]]:
     counted, disturbances = [], []
     for inflated, original in zip(windows, regression.windows, strict=True):
         near = is_near(original.time[:-1], intervals)[:, None, None]
-        more = inflated.rounding - original.rounding
-        disturbances.append(np.where(near, 0.0, more))
-        counted.append(replace(original, rounding=original.rounding + np.where(near, more, 0.0)))
+        inflation = inflated.rounding - original.rounding
+        disturbances.append(np.where(near, 0.0, inflation))
+        counted.append(replace(original, rounding=original.rounding + np.where(near, inflation, 0.0)))
     noise = estimate_noise(counted, regression.raw, regression.noise, (regression.noise.wave,))
     return noise, disturbances

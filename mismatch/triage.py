@@ -142,9 +142,9 @@ def thinned(recording: Recording) -> Recording:
     few = int(WINDOW / SAMPLES / float(np.median(np.diff(time))) * (1.0 + 1e-6))
     if few < 2:
         return recording
-    whole = len(time) // few * few
-    read = recording.present[:whole].sum(axis=1).reshape(-1, few)
-    at = np.arange(0, whole, few) + np.argmax(read, axis=1)
+    kept = len(time) // few * few
+    read = recording.present[:kept].sum(axis=1).reshape(-1, few)
+    at = np.arange(0, kept, few) + np.argmax(read, axis=1)
     return replace(
         recording, time=time[at], counts=recording.counts[at], present=recording.present[at], commands=None
     )

@@ -56,5 +56,5 @@ def averaged(fit: Fitted) -> Acting:
     away = np.array(sizes) - mean
     covariance = np.einsum("s,sij->ij", weights, np.array(covariances)) + (weights * away.T) @ away
     values = tuple(mean[part] for part in slices_of(map(len, acting.values)))
-    effects = tuple(term.built(own) for term, own in zip(acting.terms, values, strict=True))
+    effects = tuple(term.built(coefficients) for term, coefficients in zip(acting.terms, values, strict=True))
     return replace(acting, values=values, effects=effects, covariance=covariance)

@@ -25,7 +25,7 @@ MISFIT = 1.2
 
 
 def surest_names(
-    found: Investigation,
+    investigation: Investigation,
     parts: Sequence[Array],
     after: Array,
     explained: Sequence[float],
@@ -40,8 +40,8 @@ def surest_names(
     (V,) are what each effect explains of the data, `explained` their shares of the mismatch's square, `after`
     (V,) the data without all of them, and `residual` is the held-out residual.
     """
-    terms = found.fit.chosen.terms
-    nameless = {found.posterior.terms[member].component for member in _lasting(found)}
+    terms = investigation.fit.chosen.terms
+    nameless = {investigation.posterior.terms[member].component for member in _lasting(investigation)}
     has_named_events = any(term.is_local and not term.is_unknown for term in terms)
     predicted = _are_predicted(parts, after, left)
     inexact = _are_discrepancies(terms, explained)
@@ -57,21 +57,24 @@ def surest_names(
     return [EVEN if doubt else SUREST for doubt in doubted]
 
 
-def surest_unknown(found: Investigation) -> float:
+def surest_unknown(investigation: Investigation) -> float:
     """Return the largest probability that a lasting error without a name may have.
 
     Its curves are judged as if noise were white: the omnibus test, which assumes nothing, must see it, too.
     """
-    lasting = _lasting(found)
+    lasting = _lasting(investigation)
     if not lasting:
         return SUREST
-    return min(SUREST, leftover(found.posterior, found.unknown, set(found.members) - lasting).probability)
+    others = set(investigation.members) - lasting
+    return min(SUREST, leftover(investigation.posterior, investigation.unknown, others).probability)
 
 
-def _lasting(found: Investigation) -> set[int]:
+def _lasting(investigation: Investigation) -> set[int]:
     """Return the members that are lasting errors without a name."""
-    terms = found.posterior.terms
-    return {member for member in found.members if terms[member].is_unknown and not terms[member].is_event}
+    terms = investigation.posterior.terms
+    return {
+        member for member in investigation.members if terms[member].is_unknown and not terms[member].is_event
+    }
 
 
 def _are_predicted(parts: Sequence[Array], after: Array, left: Leftover) -> list[bool]:

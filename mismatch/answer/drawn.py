@@ -47,11 +47,11 @@ def evidence_of(
 
 def _trace(fitted: Regression, number: int, residuals: HeldOut) -> Trace:
     windows = fitted.windows[number]
-    mine = fitted.owner == number
+    of_recording = fitted.owner == number
     grids = []
     for rows in (residuals.before, residuals.after):
         grid = np.full(windows.measured.shape, np.nan)
-        grid[fitted.moment[mine], fitted.channel[mine]] = rows[mine]
+        grid[fitted.moment[of_recording], fitted.channel[of_recording]] = rows[of_recording]
         grids.append(grid)
     lap = np.full(len(windows.ends), -1)
     for count, (start, end) in enumerate(laps_of(windows.signals.recording)):
@@ -70,15 +70,16 @@ def _signature(
     power = np.bincount(fitted.channel, weights=predicted**2)
     channel = int(np.argmax(power))
     along, label = quantity(effect, fitted.windows)
-    mine = fitted.channel == channel
-    values = fitted.of_rows(along)[mine]
+    of_channel = fitted.channel == channel
+    values = fitted.of_rows(along)[of_channel]
     edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1)))
     if len(edges) < 3:
         return None
     group = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
     count = np.maximum(np.bincount(group, minlength=len(edges) - 1), 1)
     means = [
-        np.bincount(group, weights=one[mine], minlength=len(edges) - 1) / count for one in (rows, predicted)
+        np.bincount(group, weights=one[of_channel], minlength=len(edges) - 1) / count
+        for one in (rows, predicted)
     ]
     return Signature(
         numbers[effect.name, effect.component],
@@ -93,7 +94,7 @@ def _signature(
 
 def quantity(effect: Effect, windows: Sequence[Windows]) -> tuple[list[Array], str]:
     """Return what an effect depends on, at every window's end of each recording, and what that is called."""
-    pairs = [_quantity(effect, own) for own in windows]
+    pairs = [_quantity(effect, model) for model in windows]
     return [values for values, _ in pairs], pairs[0][1]
 
 

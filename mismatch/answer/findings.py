@@ -59,27 +59,30 @@ _SEEN = 0.7
 _DRIVES = {kind.name: kind.separating_drive for kind in EFFECTS if kind.separating_drive}
 
 
-def answer(found: Investigation) -> Diagnosis:
+def answer(investigation: Investigation) -> Diagnosis:
     """Return the diagnosis; only effects that are in it are in the fit and in the effects file."""
-    fit = found.fit
+    fit = investigation.fit
     nominal = nominal_of(fit)
     residuals = held_out(nominal, fit)
     remaining = max(0.0, float(residuals.train @ residuals.train) - len(residuals.train))
     fall = float(residuals.before @ residuals.before - residuals.train @ residuals.train)
     excess = max(fall, 1e-9) + remaining
-    numbers = {member: number for number, member in enumerate(found.named)}
-    left = leftover(found.posterior, found.unknown, found.members)
+    numbers = {member: number for number, member in enumerate(investigation.named)}
+    posterior, members = investigation.posterior, investigation.members
+    left = leftover(posterior, investigation.unknown, members)
     rows, chosen = fit.rows, fit.chosen
     parts = [rows[:, place] @ sizes for place, sizes in zip(chosen.places, chosen.values, strict=True)]
     explained = [float(part @ (part + 2.0 * rows[:, 0])) / excess for part in parts]
-    surest = surest_names(found, parts, rows[:, 0], explained, left, size(residuals.after))
-    surest_nameless = surest_unknown(found)
-    repeats = repeats_of(fit, len(found.named))
+    surest = surest_names(investigation, parts, rows[:, 0], explained, left, size(residuals.after))
+    surest_nameless = surest_unknown(investigation)
+    repeats = repeats_of(fit, len(investigation.named))
     present = [
-        _finding(fit, number, rivalry(found, member), explained[number], surest[number], repeats[number])
+        _finding(
+            fit, number, rivalry(investigation, member), explained[number], surest[number], repeats[number]
+        )
         if (number := numbers.get(member)) is not None
-        else _unknown(found, member, rivalry(found, member), excess, surest_nameless)
-        for member in found.members
+        else _unknown(investigation, member, rivalry(investigation, member), excess, surest_nameless)
+        for member in members
     ]
     summary = _fit(fit, residuals)
     nameless = _without_name(left, present, excess)
@@ -95,8 +98,8 @@ def answer(found: Investigation) -> Diagnosis:
         Calibrated(effect.name, effect.component, _parameters(fit.regression, acting, number))
         for number, effect in enumerate(acting.effects)
     )
-    drawn = evidence_of(fit, nominal, residuals, findings, _candidates(found, findings))
-    unseen = [] if findings or traces else blind(found.posterior)
+    drawn = evidence_of(fit, nominal, residuals, findings, _candidates(investigation, findings))
+    unseen = [] if findings or traces else blind(posterior)
     verdict: Verdict = "mismatch" if findings else "insufficient" if unseen else "agreement"
     drives = tuple(dict.fromkeys(finding.separates for finding in findings if finding.separates))
     if findings:
@@ -107,7 +110,7 @@ def answer(found: Investigation) -> Diagnosis:
         says = "Simulation and recording agree: nothing is left beyond the noise of sensors and floor."
         if traces:
             says = f"Simulation and recording agree, but for traces that change it little: {traces[0].says}"
-    if not found.complete:
+    if not investigation.complete:
         says += " The search ended for its budget of time: a larger one may change the answer."
     quantities = [quantity for finding in findings for quantity in finding.depends_on]
     quantities += [prediction.quantity for prediction in left.predictions]
@@ -118,14 +121,14 @@ def answer(found: Investigation) -> Diagnosis:
         summary,
         remaining / excess if findings else 0.0,
         tuple(dict.fromkeys(quantities)),
-        found.signals[0].recording.vehicle.name,
-        tuple(single.recording.source for single in found.signals),
+        investigation.signals[0].recording.vehicle.name,
+        tuple(signals.recording.source for signals in investigation.signals),
         drives,
         drawn,
         tuple(effect for effect in effects if effect.name != UNKNOWN),
         calibrated,
         traces,
-        found.complete,
+        investigation.complete,
     )
 
 
@@ -133,10 +136,14 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
     """Return what is left and can be predicted, unless something without a name was already found."""
     if not left.predictions or any(finding.effect == UNKNOWN for finding in present):
         return []
-    strongest = max(left.predictions, key=lambda each: each.share)
+    strongest = max(left.predictions, key=lambda prediction: prediction.share)
     named = excess if present else 0.0
     quantities = tuple(
-        dict.fromkeys(each.quantity for each in left.predictions if each.component == strongest.component)
+        dict.fromkeys(
+            prediction.quantity
+            for prediction in left.predictions
+            if prediction.component == strongest.component
+        )
     )
     return [
         Finding(
@@ -164,7 +171,7 @@ def _finding(
         nameless = dict(rivals.rivals).get((UNKNOWN, effect.component), 0.0)
         probability = rivals.probability + nameless
         return _changing(effect, error, probability, explained, channels_of(regression, part_of))
-    signals = [single.signals for single in regression.windows]
+    signals = [windows.signals for windows in regression.windows]
     intervals = crossings(effect, signals)
     others = _alternatives(rivals, fit.chosen.terms[number].key, surest)
     names = [effect.name, *(other.effect for other in others)]
@@ -224,11 +231,13 @@ def _changing(
     )
 
 
-def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float, surest: float) -> Finding:
+def _unknown(
+    investigation: Investigation, member: int, rivals: Rivalry, excess: float, surest: float
+) -> Finding:
     """Return what has no name as a finding, with its law, no surer than a probability."""
-    posterior = found.posterior
-    term, fit = posterior.terms[member], found.fit
-    conditional = posterior.given(set(found.members) - {member})
+    posterior = investigation.posterior
+    term, fit = posterior.terms[member], investigation.fit
+    conditional = posterior.given(set(investigation.members) - {member})
     judged = conditional.judge(member)
     part_of = conditional.residual_columns(list(posterior.candidates.columns(member))) @ judged.coefficients
     quantity = term.fixed["quantity"]
@@ -240,7 +249,7 @@ def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float, 
         f"what is left depends on {quantity}."
     )
     if laws:
-        vehicle = found.signals[0].recording.vehicle
+        vehicle = investigation.signals[0].recording.vehicle
         says += f" A law was learned of it: {'; '.join(law.describe(vehicle) for law in laws)}."
     others = _alternatives(rivals, term.key, surest)
     return Finding(
@@ -259,21 +268,21 @@ def _unknown(found: Investigation, member: int, rivals: Rivalry, excess: float, 
 
 def _merged(findings: Sequence[Finding]) -> list[Finding]:
     """Return findings with all that is unknown on one component as one."""
-    found: dict[tuple[Key, str], Finding] = {}
+    merged: dict[tuple[Key, str], Finding] = {}
     for finding in findings:
         name = finding.key, finding.where.regime if finding.effect == UNKNOWN else ""
-        if name in found:
-            first, last = sorted((found[name], finding), key=lambda single: -single.probability)
+        if name in merged:
+            first, last = sorted((merged[name], finding), key=lambda same: -same.probability)
             where = replace(
                 first.where,
                 intervals=tuple(sorted({*first.where.intervals, *last.where.intervals})),
                 places=(*first.where.places, *last.where.places),
                 laps=tuple(sorted({*first.where.laps, *last.where.laps})),
             )
-            found[name] = replace(first, where=where, explained=min(1.0, first.explained + last.explained))
+            merged[name] = replace(first, where=where, explained=min(1.0, first.explained + last.explained))
         else:
-            found[name] = finding
-    return list(found.values())
+            merged[name] = finding
+    return list(merged.values())
 
 
 def _parameters(regression: Regression, acting: Acting, number: int) -> tuple[Parameter, ...]:
@@ -293,13 +302,13 @@ def _ordered(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(
         sorted(
             findings,
-            key=lambda each: (each.probability <= EVEN, each.probability < ASSERTED, -each.explained),
+            key=lambda one: (one.probability <= EVEN, one.probability < ASSERTED, -one.explained),
         )
     )
 
 
 def _candidates(
-    found: Investigation, findings: Sequence[Finding]
+    investigation: Investigation, findings: Sequence[Finding]
 ) -> tuple[tuple[str, str, float, float], ...]:
     """Return the likeliest candidates: what each gains alone, and its probability."""
     probable = {finding.key: finding.probability for finding in findings}
@@ -307,11 +316,13 @@ def _candidates(
         for other in finding.alternatives:
             key = other.effect, other.component
             probable[key] = max(probable.get(key, 0.0), other.probability)
-    conditional = found.posterior.given(())
+    posterior = investigation.posterior
+    conditional = posterior.given(())
     gains: dict[Key, float] = {}
-    for single in (*ranked_candidates(found.posterior, conditional)[:FULLY_JUDGED], *found.members):
-        key = found.posterior.terms[single].key
-        gains[key] = max(gains.get(key, 0.0), conditional.approximate_log_odds(single))
+    ranked = ranked_candidates(posterior, conditional)[:FULLY_JUDGED]
+    for candidate in (*ranked, *investigation.members):
+        key = posterior.terms[candidate].key
+        gains[key] = max(gains.get(key, 0.0), conditional.approximate_log_odds(candidate))
     order = sorted(gains, key=lambda key: (-probable.get(key, 0.0), -gains[key]))[:FULLY_JUDGED]
     return tuple((*key, gains[key], probable.get(key, 0.0)) for key in order)
 
@@ -320,9 +331,9 @@ def _fit(fit: Fitted, residuals: HeldOut) -> Fit:
     regression = fit.regression
     channels = {}
     for number, name in enumerate(row_names(regression.windows[0])):
-        mine = regression.channel == number
-        if mine.any():
-            channels[name] = Change(size(residuals.before[mine]), size(residuals.after[mine]))
+        rows = regression.channel == number
+        if rows.any():
+            channels[name] = Change(size(residuals.before[rows]), size(residuals.after[rows]))
     gain = residuals.gain
     spread = float(gain.std(ddof=1) * np.sqrt(len(gain))) if len(gain) > 1 else 0.0
     return Fit(
@@ -340,9 +351,9 @@ def _fit(fit: Fitted, residuals: HeldOut) -> Fit:
 def _headline(findings: Sequence[Finding], fit: Fit) -> str:
     first = findings[0]
     maybe = "" if first.probability >= ASSERTED else "Perhaps: "
-    more = f", and {len(findings) - 1} more" if len(findings) > 1 else ""
+    further = f", and {len(findings) - 1} more" if len(findings) > 1 else ""
     return (
-        f"{maybe}{first.says.rstrip('.')}{more}. Residual on data that no fit has seen: "
+        f"{maybe}{first.says.rstrip('.')}{further}. Residual on data that no fit has seen: "
         f"{fit.heldout.before:.2f} before, {fit.heldout.after:.2f} after (1.00 is the expected noise)."
     )
 

@@ -25,7 +25,7 @@ def innovation_variance(regression: Regression) -> Array:
     """Return the variance of a nominal robot's innovation in each row, `(V,)`; 1 is this robot's own."""
     levels = nominal_levels(regression.windows)
     spreads = [filter_of(windows, levels).spread for windows in regression.windows]
-    ratios = [nominal / own.spread for nominal, own in zip(spreads, regression.filters, strict=True)]
+    ratios = [nominal / kalman.spread for nominal, kalman in zip(spreads, regression.filters, strict=True)]
     return np.concatenate([ratio[np.isfinite(ratio)] for ratio in ratios])
 
 

@@ -89,7 +89,7 @@ class Leftover:
         if not self.predictions:
             return rows
         axes, sizes, _ = np.linalg.svd(
-            np.hstack([each.columns for each in self.predictions]), full_matrices=False
+            np.hstack([prediction.columns for prediction in self.predictions]), full_matrices=False
         )
         axes = axes[:, sizes > 1e-8 * sizes[0]]
         return np.asarray(rows - axes @ (axes.T @ rows))
@@ -106,9 +106,9 @@ class _Predictors:
 
     def heldout_gains(self, data: Array, fold: NDArray[np.int64]) -> Array:
         """Return by how much (n, B) each of n lowers the square of data (V, B) in folds (V,) left out."""
-        own, fold_of_own = data[self.rows], fold[self.rows]
-        folds = [np.flatnonzero(fold_of_own == number) for number in range(int(fold.max()) + 1)]
-        data_of_fold = [own[rows] for rows in folds]
+        data_of_rows, fold_of_rows = data[self.rows], fold[self.rows]
+        folds = [np.flatnonzero(fold_of_rows == number) for number in range(int(fold.max()) + 1)]
+        data_of_fold = [data_of_rows[rows] for rows in folds]
         all_places, gains = slices_of(self.widths), []
         for first in range(0, len(all_places), BATCH):
             places = all_places[first : first + BATCH]
@@ -116,7 +116,7 @@ class _Predictors:
             columns = self.columns(slice(start, places[-1].stop))
             parts = [columns[rows] for rows in folds]
             products = np.stack([part.T @ data for part, data in zip(parts, data_of_fold, strict=True)])
-            for place in (slice(each.start - start, each.stop - start) for each in places):
+            for place in (slice(group.start - start, group.stop - start) for group in places):
                 gram = np.stack([part[:, place].T @ part[:, place] for part in parts])
                 score = products[:, place]
                 fitted = _without_fold(gram, score)
@@ -145,7 +145,7 @@ def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int
             for number in np.unique(regression.channel)
         ),
     ]
-    gain = np.concatenate([own.heldout_gains(data, fold) for own in predictors])
+    gain = np.concatenate([predictor.heldout_gains(data, fold) for predictor in predictors])
     largest = gain.max(axis=0)
     p_value = _tail(float(largest[0]), largest[1:])
     if p_value >= ERROR_RATE:
@@ -155,21 +155,24 @@ def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int
     errors = beyond[beyond < len(unknown.terms)]
     strongest = errors if len(errors) else beyond
     strongest = strongest[np.argsort(-gain[strongest, 0])][:SHOWN]
-    all_of_them = [(own, number) for own in predictors for number in range(len(own.widths))]
+    numbered = [(predictor, number) for predictor in predictors for number in range(len(predictor.widths))]
     predictions = []
     for at in strongest:
-        own, number = all_of_them[at]
-        rows = own.rows
-        columns, channel = np.zeros((len(data), own.widths[number])), regression.channel[rows]
-        columns[rows] = part = own.columns(slices_of(own.widths)[number])
+        predictor, number = numbered[at]
+        rows = predictor.rows
+        columns, channel = np.zeros((len(data), predictor.widths[number])), regression.channel[rows]
+        columns[rows] = part = predictor.columns(slices_of(predictor.widths)[number])
         gram, products = products_by_group(fold[rows], part, data[rows, 0])
         predicted = (part * _without_fold(gram, products[:, :, None])[fold[rows], :, 0]).sum(axis=1)
         falls = np.bincount(channel, predicted * (2.0 * data[rows, 0] - predicted))
         shown = int(falls.argmax())
-        mine = regression.channel == shown
-        square = max(float((data[mine, 0] ** 2).sum()), float((expected[mine] / scale[mine] ** 2).sum()))
+        seen = regression.channel == shown
+        square = max(
+            float((data[seen, 0] ** 2).sum()),
+            float((expected[seen] / scale[seen] ** 2).sum()),
+        )
         share = float(falls[shown]) / square
-        component, quantity = own.names[number]
+        component, quantity = predictor.names[number]
         fall, in_units = float(gain[at, 0]), columns * scale[:, None]
         predictions.append(Prediction(component, quantity, names[shown], share, fall, in_units))
     return Leftover(p_value, tuple(predictions))
@@ -192,15 +195,15 @@ def _data_and_null(
     """
     chance = np.random.default_rng(0)
     scale, data = np.ones(len(innovations)), np.empty((len(innovations), 1 + DRAWS))
-    for mine in (np.flatnonzero(channel == number) for number in np.unique(channel)):
-        own = innovations[mine]
-        scale[mine] = max(MAD_TO_SIGMA * float(np.median(np.abs(own))), 0.3 * float(own.std()), 1e-9)
-        own = np.clip(own / scale[mine], -OUTLYING, OUTLYING)
+    for rows in (np.flatnonzero(channel == number) for number in np.unique(channel)):
+        values = innovations[rows]
+        scale[rows] = max(MAD_TO_SIGMA * float(np.median(np.abs(values))), 0.3 * float(values.std()), 1e-9)
+        values = np.clip(values / scale[rows], -OUTLYING, OUTLYING)
         sign = chance.choice([-1.0, 1.0], size=(int(stretch.max()) + 1, DRAWS))
-        least = int(SHORTEST * len(own))
-        shifts = chance.integers(least, len(own) - least, size=DRAWS)
-        data[mine, 0] = own
-        data[mine, 1:] = np.stack([np.roll(own, shift) for shift in shifts], axis=1) * sign[stretch[mine]]
+        least = int(SHORTEST * len(values))
+        shifts = chance.integers(least, len(values) - least, size=DRAWS)
+        data[rows, 0] = values
+        data[rows, 1:] = np.stack([np.roll(values, shift) for shift in shifts], axis=1) * sign[stretch[rows]]
     return scale, data
 
 

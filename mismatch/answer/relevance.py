@@ -49,7 +49,9 @@ def relevant(
         return not numbers or (predicts and _adds(numbers, fit, nominal, residuals, summary))
 
     pairs = [(finding, is_relevant(finding)) for finding in present]
-    return tuple(each for each, yes in pairs if yes), tuple(each for each, yes in pairs if not yes)
+    return tuple(finding for finding, yes in pairs if yes), tuple(
+        finding for finding, yes in pairs if not yes
+    )
 
 
 def is_large(finding: Finding, misses: Sequence[tuple[Change, float]], laws: Collection[str]) -> bool:

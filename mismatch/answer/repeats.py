@@ -30,7 +30,7 @@ def repeats_of(fit: Fitted, effects: int) -> list[Repeats | None]:
     count = len(fit.regression.windows)
     alone = [_alone(fit, recording) for recording in range(count)] if count > 1 and effects else []
     return [
-        None if term.is_local or not alone else _repeats(term, values, [each[number] for each in alone])
+        None if term.is_local or not alone else _repeats(term, values, [fits[number] for fits in alone])
         for number, (term, values) in enumerate(
             zip(fit.chosen.terms[:effects], fit.chosen.values[:effects], strict=True)
         )
@@ -39,14 +39,14 @@ def repeats_of(fit: Fitted, effects: int) -> list[Repeats | None]:
 
 def _alone(fit: Fitted, recording: int) -> list[Estimate]:
     """Return every effect's coefficients and their covariance by one recording, all being fitted to it."""
-    mine = fit.regression.owner == recording
-    columns, data = fit.linear_model(whiten_nuisances(fit.regression.white[mine], fit.nuisance[mine]))
+    rows = fit.regression.owner == recording
+    columns, data = fit.linear_model(whiten_nuisances(fit.regression.white[rows], fit.nuisance[rows]))
     prior = prior_of([term for term, _, _ in fit.everything()], len(fit.chosen.terms))
     precision = columns.T @ columns + prior
     covariance: Array = np.linalg.inv(precision).astype(np.float64)
-    own: Array = covariance @ (columns.T @ data)
+    coefficients: Array = covariance @ (columns.T @ data)
     parts = slices_of(len(values) for _, _, values in fit.everything())
-    return [(own[part], covariance[part, part]) for part in parts]
+    return [(coefficients[part], covariance[part, part]) for part in parts]
 
 
 def _repeats(term: Term, values: Array, alone: Sequence[Estimate]) -> Repeats:
@@ -55,13 +55,13 @@ def _repeats(term: Term, values: Array, alone: Sequence[Estimate]) -> Repeats:
     The law is not exact: from recording to recording, the size may vary by the declared discrepancy.
     """
     inexact = (term.discrepancy * float(np.linalg.norm(values))) ** 2 * np.eye(len(values))
-    estimates = np.stack([own for own, _ in alone])
+    estimates = np.stack([coefficients for coefficients, _ in alone])
     information = np.stack([np.linalg.inv(covariance + inexact) for _, covariance in alone])
     mean = np.linalg.solve(information.sum(axis=0), np.einsum("rij,rj->i", information, estimates))
     away = estimates - mean
     square = float(np.einsum("ri,rij,rj->", away, information, away))
     freedom = len(values) * (len(alone) - 1)
-    effects = [term.built(own) for own in estimates]
+    effects = [term.built(coefficients) for coefficients in estimates]
     spreads = [
         term.sigmas(effect, covariance)[term.linear]
         for effect, (_, covariance) in zip(effects, alone, strict=True)

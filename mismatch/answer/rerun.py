@@ -45,28 +45,28 @@ def rerun(regression: Regression, residuals: HeldOut, mounted: Sequence[Effect])
         for name, (_, missed) in nominal.items():
             before.setdefault(name, []).append(missed)
         for fold in np.unique(folds):
-            own = _missed(windows.signals, residuals.effects[fold])
-            for name, (at, missed) in own.items():
-                mine = folds[np.searchsorted(windows.ends, at).clip(max=len(folds) - 1)] == fold
-                after.setdefault(name, []).append(missed[mine])
-    found = {}
+            fitted = _missed(windows.signals, residuals.effects[fold])
+            for name, (at, missed) in fitted.items():
+                of_fold = folds[np.searchsorted(windows.ends, at).clip(max=len(folds) - 1)] == fold
+                after.setdefault(name, []).append(missed[of_fold])
+    changes = {}
     for name, parts in before.items():
         first, last = np.concatenate(parts), np.concatenate(after[name])
         if len(first) >= _LEAST:
-            found[name] = Change(size(first), size(last))
-    return found
+            changes[name] = Change(size(first), size(last))
+    return changes
 
 
 def _missed(signals: Signals, effects: Sequence[Effect]) -> dict[str, tuple[Array, Array]]:
     """Return of each channel the samples at which stretches end, and what the simulator misses there."""
     block, offset = replayed(signals, effects)
-    found: dict[str, tuple[Array, Array]] = {}
+    missed: dict[str, tuple[Array, Array]] = {}
     count = max(1, round(float(signals.time[-1] - signals.time[0]) / STRETCH))
     edges = np.linspace(0, len(signals.time) - 1, count + 1).astype(int)
     if signals.reading.shape[1]:
         rows = np.array([_linkage(signals, block.twist, offset, *pair) for pair in itertools.pairwise(edges)])
         for number, name in enumerate(LINKAGE):
-            found[name] = edges[1:], rows[:, number]
+            missed[name] = edges[1:], rows[:, number]
     if signals.poses is not None:
         for number, truck in enumerate(signals.trucks):
             poses = signals.poses.of(truck)
@@ -79,10 +79,10 @@ def _missed(signals: Signals, effects: Sequence[Effect]) -> dict[str, tuple[Arra
             path = truck_poses(effects, truck, signals.path[:, number])
             pairs = itertools.pairwise(stops)
             off = np.array([_driven(path, block.twist[:, number], *pair) for pair in pairs])
-            found[f"{truck} position"] = stops[1:], np.hypot(off[:, 0], off[:, 1])
+            missed[f"{truck} position"] = stops[1:], np.hypot(off[:, 0], off[:, 1])
             if np.isfinite(poses.pose[:, 2]).any():
-                found[f"{truck} heading"] = stops[1:], off[:, 2]
-    return found
+                missed[f"{truck} heading"] = stops[1:], off[:, 2]
+    return missed
 
 
 def _linkage(signals: Signals, twist: Array, offset: Array, start: int, end: int) -> Array:

@@ -36,7 +36,7 @@ class Rivalry:
     rivals: tuple[tuple[Key, float], ...]  # what may stand in its place, likeliest first
 
 
-def rivalry(found: Investigation, member: int) -> Rivalry:
+def rivalry(investigation: Investigation, member: int) -> Rivalry:
     """Return the probabilities of a member and of its rivals, beside the other members.
 
     They are means over recordings drawn anew from the stretches of this one (Huggins and Miller, Bayesian
@@ -44,43 +44,43 @@ def rivalry(found: Investigation, member: int) -> Rivalry:
     chance.
     What happened once, at some moment, cannot be drawn again.
     """
-    posterior = found.posterior
-    rest = set(found.members) - {member}
-    conditional, own = posterior.given(rest), posterior.terms[member].key
+    posterior = investigation.posterior
+    rest = set(investigation.members) - {member}
+    conditional, member_key = posterior.given(rest), posterior.terms[member].key
     judged = _judged(posterior, conditional, member)
-    itself = judged[own][member]
+    itself = judged[member_key][member]
     draws = _draws(posterior, member)
     likeliest = max(
-        (its for variants in judged.values() for its in variants.values()),
-        key=lambda its: (its.log_odds > 0.0, its.white_log_odds),
+        (judgement for variants in judged.values() for judgement in variants.values()),
+        key=lambda judgement: (judgement.log_odds > 0.0, judgement.white_log_odds),
     )
     worths = {
         key: np.logaddexp.reduce(
             [
-                _against(its, likeliest)
-                + conditional.bootstrap_gain(single, draws) / likeliest.overdispersion
-                for single, its in variants.items()
+                _against(judgement, likeliest)
+                + conditional.bootstrap_gain(candidate, draws) / likeliest.overdispersion
+                for candidate, judgement in variants.items()
             ]
         )
         for key, variants in judged.items()
     }
     # a third effect may stand in the place of this member and of another
-    whole = posterior.bootstrap_gain(found.members, draws)
+    gain_of_all = posterior.bootstrap_gain(investigation.members, draws)
     for other in rest:
-        for single, gain in replacements_of_two(posterior, found.members, member, other):
-            key = posterior.terms[single].key
-            if key == own:
+        for candidate, gain in replacements_of_two(posterior, investigation.members, member, other):
+            key = posterior.terms[candidate].key
+            if key == member_key:
                 continue
-            more = posterior.bootstrap_gain({*rest, single} - {other}, draws) - whole
-            instead = worths[own] + (gain + more) / itself.overdispersion
+            change = posterior.bootstrap_gain({*rest, candidate} - {other}, draws) - gain_of_all
+            instead = worths[member_key] + (gain + change) / itself.overdispersion
             worths[key] = np.maximum(worths.get(key, IMPOSSIBLE), instead)
     every = np.stack([np.zeros(len(draws)), *worths.values()])
     shares = np.exp(every - np.logaddexp.reduce(every)).mean(axis=1)[1:]
     others = sorted(
-        ((key, float(share)) for key, share in zip(worths, shares, strict=True) if key != own),
+        ((key, float(share)) for key, share in zip(worths, shares, strict=True) if key != member_key),
         key=lambda pair: -pair[1],
     )
-    return Rivalry(float(shares[list(worths).index(own)]), tuple(others))
+    return Rivalry(float(shares[list(worths).index(member_key)]), tuple(others))
 
 
 def _judged(
@@ -92,17 +92,17 @@ def _judged(
     """
     itself, name = conditional.judge(member), posterior.terms[member].key
     judged, best = {name: {member: itself}}, {name: conditional.approximate_log_odds(member)}
-    for single in ranked_candidates(posterior, conditional):
-        if _elsewhere(posterior, single, member):
+    for candidate in ranked_candidates(posterior, conditional):
+        if _elsewhere(posterior, candidate, member):
             continue
-        key, quick = posterior.terms[single].key, conditional.approximate_log_odds(single)
+        key, quick = posterior.terms[candidate].key, conditional.approximate_log_odds(candidate)
         if quick < best.setdefault(key, quick) + math.log(POSSIBLE):
             continue
         if len(best) > FULLY_JUDGED:
             break
-        its = conditional.judge(single)
-        if may_replace(posterior, single, its, member, itself):
-            judged.setdefault(key, {})[single] = its
+        judgement = conditional.judge(candidate)
+        if may_replace(posterior, candidate, judgement, member, itself):
+            judged.setdefault(key, {})[candidate] = judgement
     return judged
 
 
@@ -115,21 +115,21 @@ def _draws(posterior: Posterior, member: int) -> Array:
     return chance.multinomial(count, np.full(count, 1.0 / count), size=DRAWS).astype(float)
 
 
-def _against(each: Judgement, likeliest: Judgement) -> float:
+def _against(judgement: Judgement, likeliest: Judgement) -> float:
     """Return the log posterior odds of a candidate, given the likeliest: rivals share the noise."""
-    if each.log_odds <= 0.0:
-        return each.log_odds
-    odds = (each.white_log_odds - each.white_log_evidence) - (
+    if judgement.log_odds <= 0.0:
+        return judgement.log_odds
+    odds = (judgement.white_log_odds - judgement.white_log_evidence) - (
         likeliest.white_log_odds - likeliest.white_log_evidence
     )
     return (
         likeliest.log_odds
         + odds
-        + (each.white_log_evidence - likeliest.white_log_evidence) / likeliest.overdispersion
+        + (judgement.white_log_evidence - likeliest.white_log_evidence) / likeliest.overdispersion
     )
 
 
-def _elsewhere(posterior: Posterior, single: int, member: int) -> bool:
+def _elsewhere(posterior: Posterior, candidate: int, member: int) -> bool:
     """Say whether both are events at other moments: one does not stand in the place of the other."""
-    event, its = posterior.terms[member], posterior.terms[single]
-    return event.is_event and its.is_event and not overlap(event.stretches, its.stretches)
+    event, other = posterior.terms[member], posterior.terms[candidate]
+    return event.is_event and other.is_event and not overlap(event.stretches, other.stretches)

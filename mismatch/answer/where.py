@@ -83,11 +83,11 @@ def laps_at(intervals: Intervals, signals: Sequence[Signals]) -> tuple[int, ...]
 
 def places_at(intervals: Intervals, signals: Sequence[Signals]) -> tuple[tuple[float, float], ...]:
     """Return where truck a is in the middle of each interval [m]."""
-    found = []
+    places = []
     for start, end in intervals:
         middle = 0.5 * (start + end)
         for one in signals:
             if one.time[0] <= middle <= one.time[-1]:
                 x, y = (float(np.interp(middle, one.time, one.path[:, 0, axis])) for axis in range(2))
-                found.append((x, y))
-    return tuple(found)
+                places.append((x, y))
+    return tuple(places)

@@ -48,16 +48,16 @@ def nuisances(windows: Sequence[Windows]) -> list[Columns]:
 
     A recording's late stamps have columns of their own; all else is shared.
     """
-    stamps, columns = [_stamps(own) for own in windows], []
-    has_poses = any(own.signals.poses is not None for own in windows)
-    for number, own in enumerate(windows):
+    stamps, columns = [_stamps(model) for model in windows], []
+    has_poses = any(model.signals.poses is not None for model in windows)
+    for number, model in enumerate(windows):
         late = [
-            stamp if at == number else np.zeros((*own.measured.shape, stamp.shape[2]))
+            stamp if at == number else np.zeros((*model.measured.shape, stamp.shape[2]))
             for at, stamp in enumerate(stamps)
         ]
-        fields = [_fields(own)] if has_poses else []  # where no pose was measured they are zeros, whitened
-        misread = np.concatenate([*fields, _answers(own), *late], axis=2)
-        columns.append(joined([_drifts(own), _gears(own), misread_columns(own, misread)]))
+        fields = [_fields(model)] if has_poses else []  # where no pose was measured they are zeros, whitened
+        misread = np.concatenate([*fields, _answers(model), *late], axis=2)
+        columns.append(joined([_drifts(model), _gears(model), misread_columns(model, misread)]))
     return columns
 
 
@@ -109,7 +109,7 @@ def _answers(windows: Windows) -> Array:
     """
     block, last = windows.signals.block, np.maximum(windows.ends - 1, 0)
     grown, time = np.linspace(0.0, 1.0, len(windows.ends)), block.time
-    found = [np.zeros((*windows.measured.shape, 0))]
+    columns = [np.zeros((*windows.measured.shape, 0))]
     for channel in range(windows.linkage):
         reading = block.reading[:, channel]
         for span in SPANS:
@@ -118,8 +118,8 @@ def _answers(windows: Windows) -> Array:
             unforeseen = _unforeseen(rate)
             measured = np.zeros((*windows.measured.shape, 2))
             measured[:, channel] = ANSWER * np.stack([unforeseen, grown * unforeseen], axis=1)
-            found.append(measured)
-    return np.concatenate(found, axis=2)
+            columns.append(measured)
+    return np.concatenate(columns, axis=2)
 
 
 def _unforeseen(values: Array) -> Array:
@@ -154,7 +154,7 @@ def _fields(windows: Windows) -> Array:
 
     A field's mean slope is a scale, which a wand of known length gives; what bends stays.
     """
-    found = []
+    columns = []
     for truck in range(len(windows.signals.trucks)):
         path = windows.signals.path[windows.ends, truck]
         x, y = _across(path[:, 0]), _across(path[:, 1])
@@ -163,8 +163,8 @@ def _fields(windows: Windows) -> Array:
         for row, size in enumerate(FIELD, windows.pose_rows(truck).start):
             measured = np.zeros((*windows.measured.shape, len(curves)))
             measured[:, row] = size * np.stack(curves, axis=1)
-            found.append(measured)
-    return np.concatenate(found, axis=2)
+            columns.append(measured)
+    return np.concatenate(columns, axis=2)
 
 
 def _across(place: Array) -> Array:

@@ -35,7 +35,8 @@ def shared_quantities(signals: Sequence[Signals]) -> list[Curves]:
     moving = moving_channels(signals) | ({"turning"} if turns(signals) else set())
     curves = [_quantities(recording, moving) for recording in signals]
     return [
-        {name: own[name] for name in curves[0] if all(name in other for other in curves)} for own in curves
+        {name: of_recording[name] for name in curves[0] if all(name in other for other in curves)}
+        for of_recording in curves
     ]
 
 
@@ -50,8 +51,8 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
     """
     block, linked = signals.block, bool(signals.reading.shape[1])
     lead = Motion(block, "a")
-    phase, way = np.linspace(0.0, np.pi, len(block)), lead.way
-    along = np.pi * (way - way[0]) / max(float(np.ptp(way)), 1e-9)
+    phase, distance = np.linspace(0.0, np.pi, len(block)), lead.way
+    along = np.pi * (distance - distance[0]) / max(float(np.ptp(distance)), 1e-9)
     curves = {
         "time": waves(phase, (1, 2, 3))[::2],
         "distance": waves(along, (1, 2, 3))[::2],
@@ -65,10 +66,10 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
             curves[f"past acceleration of {wheel}"] = bends(Motion(block, wheel).past_acceleration)
     noise = noise_of_path(signals)
     for number, truck in enumerate(signals.trucks):
-        place, heading = block.place[:, number], block.heading[:, number]
+        position, heading = block.place[:, number], block.heading[:, number]
         x, y = (
-            standard(beyond(own, max(least, FOOTPRINT)))
-            for own, least in zip(place.T, noise[:2], strict=True)
+            standard(beyond(values, max(least, FOOTPRINT)))
+            for values, least in zip(position.T, noise[:2], strict=True)
         )
         curves[f"place of {truck}"] = [x, y, x * y, x**2, y**2]
         if "turning" not in moving:
@@ -76,7 +77,10 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
         facing = [beyond(wave, noise[2]) for wave in waves(heading, (1,))]
         twice = [beyond(wave, 2.0 * noise[2]) for wave in waves(heading, (2,))]
         curves[f"heading of {truck}"] = [*facing, *twice]
-        curves[f"place and heading of {truck}"] = [*facing, *(at * way for at in (x, y) for way in facing)]
+        curves[f"place and heading of {truck}"] = [
+            *facing,
+            *(place * direction for place in (x, y) for direction in facing),
+        ]
     if "turning" in moving:
         turning = lead.turn_rates[:, 0]
         curves["turn rate"] = bends(turning)

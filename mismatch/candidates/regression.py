@@ -87,7 +87,9 @@ class Regression:
 
     def of_rows(self, values: Sequence[NDArray[Number]]) -> NDArray[Number]:
         """Return for each row `(V,)` one of the values that each recording has at its windows' ends."""
-        return np.concatenate([own[self.moment[self.rows_of(at)]] for at, own in enumerate(values)])
+        return np.concatenate(
+            [of_recording[self.moment[self.rows_of(at)]] for at, of_recording in enumerate(values)]
+        )
 
     def coefficients(self) -> Array:
         """Return the coefficients `(C - 1,)` of all columns that fit the data best."""
@@ -141,7 +143,7 @@ class Regression:
     def whiten_travel(self, wheel: int, travel: Sequence[Array]) -> Array:
         """Return the whitened columns (V, C) of additional travel (M, C) of a wheel in each recording [m]."""
         parts = zip(self.filters, travel, strict=True)
-        return np.vstack([run.whiten_travel(wheel, more) for run, more in parts])
+        return np.vstack([run.whiten_travel(wheel, travel_of_part) for run, travel_of_part in parts])
 
     def rows_of(self, number: int) -> slice:
         """Return where the rows of a recording are."""

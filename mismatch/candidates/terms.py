@@ -59,25 +59,25 @@ class Term:
         """Return the effect that has these coefficients `(k,)`."""
         kind = self.kind
         linear, turned = self.linear, angle_of(kind)
-        spec = {one.name: one for one in kind.parameters}
+        spec = {parameter.name: parameter for parameter in kind.parameters}
         values: dict[str, Any]
         if kind.is_setup:
             values = {
-                own.name: own.scale * float(value)
-                for own, value in zip(kind.parameters, coefficients, strict=True)
+                parameter.name: parameter.scale * float(value)
+                for parameter, value in zip(kind.parameters, coefficients, strict=True)
             }
         elif turned is not None:
             size = spec[linear].scale * math.hypot(coefficients[0], coefficients[1])
             angle = math.atan2(coefficients[1], coefficients[0])
             values = {linear: min(size, spec[linear].high), turned: angle}
         elif self.is_event:
-            own = spec[linear]
-            sizes = np.clip(coefficients * own.scale, own.low, own.high)
+            parameter = spec[linear]
+            sizes = np.clip(coefficients * parameter.scale, parameter.low, parameter.high)
             values = {linear: tuple(sizes.tolist())}
         else:
-            own = spec[linear]
-            value = (own.null or 0.0) + own.scale * float(coefficients[0])
-            values = {linear: min(max(value, own.low), own.high)}
+            parameter = spec[linear]
+            value = (parameter.null or 0.0) + parameter.scale * float(coefficients[0])
+            values = {linear: min(max(value, parameter.low), parameter.high)}
         return kind(component=self.component, **self.fixed, **values)
 
     def sigmas(self, effect: Effect, covariance: Array) -> dict[str, float | tuple[float, ...]]:
@@ -86,9 +86,9 @@ class Term:
         They include the uncertainty of the coefficients, and the discrepancy of the effect's law.
         """
         if self.is_setup:
-            own = effect.parameters
+            parameters = effect.parameters
             sigmas = np.sqrt(np.diag(covariance)).tolist()
-            return {one.name: one.scale * sigma for one, sigma in zip(own, sigmas, strict=True)}
+            return {one.name: one.scale * sigma for one, sigma in zip(parameters, sigmas, strict=True)}
         spec = next(one for one in effect.parameters if one.name == self.linear)
         value = getattr(effect, self.linear)
         inexact = effect.discrepancy()
@@ -221,7 +221,9 @@ def term(effect: str, component: str, tries: int = 1, size: float = 1.0, **fixed
         ]
         probes = tuple(kind(component=component, **pair) for pair in pairs)
     elif kind.is_setup:
-        probes = tuple(kind(component=component, **{own.name: own.scale}) for own in kind.parameters)
+        probes = tuple(
+            kind(component=component, **{parameter.name: parameter.scale}) for parameter in kind.parameters
+        )
     elif turned is not None:
         probes = tuple(
             kind(component=component, **{linear.name: linear.scale, turned: angle}, **fixed)
@@ -296,8 +298,8 @@ def _measured(signals: Sequence[Signals], *, often: bool) -> list[TruckName]:
         truck
         for truck in signals[0].trucks
         if any(
-            is_dense(own) or (is_turned(own) and not often)
-            for own in (one.poses.of(truck) for one in signals if one.poses is not None)
+            is_dense(poses) or (is_turned(poses) and not often)
+            for poses in (one.poses.of(truck) for one in signals if one.poses is not None)
         )
     ]
 
@@ -315,8 +317,8 @@ def moving_channels(signals: Sequence[Signals]) -> set[str]:
     sizes = np.hypot((jitter / base, jitter / base, jitter), signals[0].resolution / math.sqrt(12.0))
     return {
         name
-        for name, size, own in zip(LINKAGE, sizes, readings.std(axis=0), strict=True)
-        if own > EXCITED * size
+        for name, size, deviation in zip(LINKAGE, sizes, readings.std(axis=0), strict=True)
+        if deviation > EXCITED * size
     }
 
 
@@ -329,9 +331,9 @@ def turns(signals: Sequence[Signals]) -> bool:
 
 def _jitter(signals: Sequence[Signals]) -> float:
     """Return what the roughness of an ordinary floor adds to a wheel's travel in a window [m]."""
-    way = np.concatenate([np.abs(one.block.travel).mean(axis=1) for one in signals]).sum()
+    distance = np.concatenate([np.abs(one.block.travel).mean(axis=1) for one in signals]).sum()
     span = sum(float(one.time[-1] - one.time[0]) for one in signals)
-    return START_ROUGHNESS * math.sqrt(WINDOW * way / span)
+    return START_ROUGHNESS * math.sqrt(WINDOW * distance / span)
 
 
 def components_of(signals: Signals) -> set[str]:
@@ -357,5 +359,5 @@ def _speeds(signals: Sequence[Signals], component: str) -> list[float]:
 
 def _pace(signals: Sequence[Signals]) -> float:
     """Return the trucks' mean speed forward or back [m/s], pauses and all."""
-    way = sum(float(np.abs(one.block.twist[:, :, 0]).mean(axis=1).sum()) for one in signals)
-    return round(way / sum(float(one.time[-1] - one.time[0]) for one in signals), 3)
+    distance = sum(float(np.abs(one.block.twist[:, :, 0]).mean(axis=1).sum()) for one in signals)
+    return round(distance / sum(float(one.time[-1] - one.time[0]) for one in signals), 3)

@@ -84,15 +84,17 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
         terms,
         [width for _, width in groups],
         np.hstack(white),
-        {quantity: 2 * len(own) for quantity, own in curves[0].items()},
-        regression.of_rows([_curves_at_ends(*each) for each in zip(regression.windows, curves, strict=True)]),
+        {quantity: 2 * len(values) for quantity, values in curves[0].items()},
+        regression.of_rows([_curves_at_ends(*pair) for pair in zip(regression.windows, curves, strict=True)]),
     )
 
 
 def _curves_at_ends(windows: Windows, shared: Curves) -> Array:
     """Return each quantity's curves at the ends of K windows, then their changes in these, `(K, Q)`."""
-    at_ends = [windows.at_ends(np.stack(own, axis=1)) for own in shared.values()]
-    return np.hstack([part for own in at_ends for part in (own, np.diff(own, axis=0, prepend=own[:1]))])
+    at_ends = [windows.at_ends(np.stack(curves, axis=1)) for curves in shared.values()]
+    return np.hstack(
+        [part for values in at_ends for part in (values, np.diff(values, axis=0, prepend=values[:1]))]
+    )
 
 
 def _columns(windows: Windows, shared: Curves, *, turned: bool) -> Iterator[tuple[list[Group], Columns]]:
@@ -121,7 +123,7 @@ def _columns(windows: Windows, shared: Curves, *, turned: bool) -> Iterator[tupl
 def errors(windows: Windows) -> list[Error]:
     """Return every error that a robot may have."""
     signals = windows.signals
-    found = [
+    known = [
         Error(
             component,
             "travel" if len(wheels) == 1 else "",
@@ -132,27 +134,29 @@ def errors(windows: Windows) -> list[Error]:
     ]
     block = signals.block
     for number, truck in enumerate(signals.trucks):
-        way, yaw = PER_METRE * np.abs(block.twist[:, number, 0]), PER_TURN * block.twist[:, number, 2]
+        distance, yaw = PER_METRE * np.abs(block.twist[:, number, 0]), PER_TURN * block.twist[:, number, 2]
         turn = partial(_moves, windows, number, 2, yaw)
-        found.append(Error(truck, "creep", partial(_moves, windows, number, 1, way)))
-        found.append(Error(truck, "turn", turn, constant_is_calibrated=True))
-        found.append(Error(truck, "yaw", partial(_moves, windows, number, 2, way / block.wheelbase[number])))
+        known.append(Error(truck, "creep", partial(_moves, windows, number, 1, distance)))
+        known.append(Error(truck, "turn", turn, constant_is_calibrated=True))
+        known.append(
+            Error(truck, "yaw", partial(_moves, windows, number, 2, distance / block.wheelbase[number]))
+        )
     for row, name in enumerate(LINKAGE[: windows.linkage]):
-        found.append(Error(name, "reading", partial(_reading, windows, (row,))))
+        known.append(Error(name, "reading", partial(_reading, windows, (row,))))
     if signals.poses is not None:
         for axis in range(3):
             rows = tuple(windows.linkage + 3 * truck + axis for truck in range(len(signals.trucks)))
-            found.append(Error("poses", "", partial(_reading, windows, rows)))
-    return found
+            known.append(Error("poses", "", partial(_reading, windows, rows)))
+    return known
 
 
 def _rolling(windows: Windows) -> list[tuple[str, tuple[int, ...]]]:
     """Return the components that roll alike, wheels and sides of two trucks, with their wheels."""
     wheels = windows.signals.wheels
-    found: list[tuple[str, tuple[int, ...]]] = [
+    rolling: list[tuple[str, tuple[int, ...]]] = [
         (str(wheel), (number,)) for number, wheel in enumerate(wheels)
     ]
-    return [*found, ("left", (0, 2)), ("right", (1, 3))] if len(wheels) == 4 else found
+    return [*rolling, ("left", (0, 2)), ("right", (1, 3))] if len(wheels) == 4 else rolling
 
 
 def _patterns(windows: Windows, wheel: int) -> Columns:

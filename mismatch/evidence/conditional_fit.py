@@ -173,7 +173,7 @@ class ConditionalFit:
     def _member_discrepancies(self) -> Array:
         """Return one standard deviation of each member's discrepancy from its law, `(V, k)`."""
         white, ranges = self.candidates.regression.white, [*map(self.candidates.columns, self.members)]
-        columns = white[:, [column for own in ranges for column in own]]
+        columns = white[:, [column for of_member in ranges for column in of_member]]
         precision = columns.T @ columns + np.eye(columns.shape[1]) / MEMBER_SIZE**2
         sizes = np.linalg.solve(precision, columns.T @ white[:, 0])
         parts = [np.zeros((len(white), 0))]
@@ -222,10 +222,10 @@ class ConditionalFit:
         places, factors = slices_of(widths), []
         for batch in (places[first : first + BATCH] for first in range(0, len(places), BATCH)):
             start = batch[0].start
-            some, shared, coefficients = self._with_nuisances(columns[:, start : batch[-1].stop])
-            score = self._score(some, coefficients)
+            of_batch, shared, coefficients = self._with_nuisances(columns[:, start : batch[-1].stop])
+            score = self._score(of_batch, coefficients)
             for part in (slice(place.start - start, place.stop - start) for place in batch):
-                gram = some[:, part].T @ some[:, part] - shared[:, part].T @ coefficients[:, part]
+                gram = of_batch[:, part].T @ of_batch[:, part] - shared[:, part].T @ coefficients[:, part]
                 factors.append(float(log_bayes_factor(gram, score[part])))
         return np.array(factors)
 
@@ -395,12 +395,12 @@ class ConditionalFit:
         term = self.candidates.terms[candidate]
         rows, residual = self._without_background(list(self.candidates.columns(candidate)), term.key)
         gram, score = products_by_group(self.candidates.stretch, rows, residual)
-        whole = log_bayes_factor(gram.sum(axis=0), score.sum(axis=0))
+        of_all = log_bayes_factor(gram.sum(axis=0), score.sum(axis=0))
         scores = draws @ score
         gain = log_bayes_factor(np.tensordot(draws, gram, 1), scores)
         if term.positive:
             gain[np.any(scores < 0.0, axis=1)] = IMPOSSIBLE
-        return gain - whole
+        return gain - of_all
 
     def _discrepancy_weights(self, part: Array, after: Array) -> Array:
         """Return the weights (V,) of rows if an event is likelier with discrepancy; ones if it is not.

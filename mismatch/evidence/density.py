@@ -47,10 +47,10 @@ def without_background_prior(gram: Array, score: Array, sizes: Array) -> tuple[A
     removal = _background_removal(gram[..., count:, count:], sizes)
     shared = sizes[..., None] * gram[..., count:, :count]
     scored = (removal @ (sizes * score[..., count:])[..., None])[..., 0]
-    more = np.swapaxes(shared, -1, -2)
+    transposed = np.swapaxes(shared, -1, -2)
     return (
-        gram[..., :count, :count] + more @ removal @ shared,
-        score[..., :count] + (more @ scored[..., None])[..., 0],
+        gram[..., :count, :count] + transposed @ removal @ shared,
+        score[..., :count] + (transposed @ scored[..., None])[..., 0],
     )
 
 

@@ -118,15 +118,15 @@ def open_loop_variance(windows: Windows, noise: NoiseLevels, edges: Sequence[int
     known = start * 0.0
     waves = _wave_states(windows)
     known[waves, waves] = start[waves, waves]
-    found = []
+    variances = []
     for first, last in itertools.pairwise(edges):
         covariance = known
         for step, disturbed in zip(transition[first:last], process[first:last], strict=True):
             covariance = step @ covariance @ step.T + disturbed
         observe = windows.observe[last]
-        found.append(np.einsum("ri,ij,rj->r", observe, covariance, observe))
+        variances.append(np.einsum("ri,ij,rj->r", observe, covariance, observe))
     variance = np.nan_to_num(variance_of(windows, noise)[np.asarray(edges, np.int64)])
-    return np.asarray(np.array(found).reshape(-1, variance.shape[1]) + variance[1:] + variance[:-1])
+    return np.asarray(np.array(variances).reshape(-1, variance.shape[1]) + variance[1:] + variance[:-1])
 
 
 def _motion(windows: Windows, noise: NoiseLevels) -> tuple[Array, Array, Array]:

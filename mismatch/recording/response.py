@@ -53,9 +53,9 @@ def response(windows: Windows, effects: Sequence[Effect]) -> Response:
     """Return the response of one recording to effects, relative to the nominal robot."""
     signals = windows.signals
     block, errors = replayed(signals, effects)
-    more = block.twist - signals.block.twist
-    more = more[windows.ends[0] : windows.ends[-1]]
-    inputs = windows.drift + (pushed(signals, windows.ends, more) if np.any(more) else 0.0)
+    extra = block.twist - signals.block.twist
+    extra = extra[windows.ends[0] : windows.ends[-1]]
+    inputs = windows.drift + (pushed(signals, windows.ends, extra) if np.any(extra) else 0.0)
     offset = np.zeros(windows.measured.shape)
     if windows.linkage:
         offset[:, :3] = errors[windows.ends]
@@ -110,8 +110,8 @@ def brief_column(
     if last > first:
         ends = windows.ends[first : last + 1]
         block = signals.block.between(int(ends[0]), int(ends[-1]))
-        more = replay(block, [*base, effect]).twist - replay(block, base).twist
-        inputs[first:last] = -pushed(signals, ends, more) / step
+        extra = replay(block, [*base, effect]).twist - replay(block, base).twist
+        inputs[first:last] = -pushed(signals, ends, extra) / step
     return moved_columns(windows, inputs[..., None])
 
 

@@ -131,8 +131,8 @@ def too_little(recordings: Sequence[Recording]) -> str:
         return (
             f"the wheels rolled {rolled:.2f} m only; record a drive of several metres with turns both ways."
         )
-    single = recordings[0].vehicle.linkage is None
-    if single and not any(_has_poses(recording) for recording in recordings):
+    is_single = recordings[0].vehicle.linkage is None
+    if is_single and not any(_has_poses(recording) for recording in recordings):
         return (
             "a single truck without absolute poses has nothing to be held against; "
             "measure its pose from outside (poses.csv), at the stops at least."

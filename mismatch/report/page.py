@@ -183,7 +183,7 @@ def _fit(fit: Fit) -> str:
     channels = "".join(
         _row(name, f"{change.before:.2f}", f"{change.after:.2f}") for name, change in fit.channels.items()
     )
-    whole = _row("all, held out", f"{fit.heldout.before:.2f}", f"{fit.heldout.after:.2f}")
+    total = _row("all, held out", f"{fit.heldout.before:.2f}", f"{fit.heldout.after:.2f}")
     seen = _row("all, as fitted", f"{fit.train.before:.2f}", f"{fit.train.after:.2f}")
     rerun = "".join(_row(*_open_loop(name, change)) for name, change in fit.rerun.items())
     noise = "".join(_row(name, f"{value:.3g}") for name, value in fit.noise.items())
@@ -191,7 +191,7 @@ def _fit(fit: Fit) -> str:
         f"<p class=soft>{escape(fit.metric)}. "
         f"Gain in half the chi-square: {fit.gain[0]:.0f} +- {fit.gain[1]:.0f}.</p>"
         "<div class=grid2><div class=scroll><h3>Residual in sigma, 1.00 is perfect</h3>"
-        f"<table><tr><th>channel<th>before<th>after</tr>{channels}{whole}{seen}</table></div>"
+        f"<table><tr><th>channel<th>before<th>after</tr>{channels}{total}{seen}</table></div>"
         "<div class=scroll><h3>The simulator itself, run again from the effects</h3>"
         f"<table><tr><th>open loop<th>before<th>after<th>unit</tr>{rerun}</table>"
         f"<h3>Noise levels used</h3><table>{noise}</table></div></div>"

@@ -123,6 +123,6 @@ def signature(curve: Signature) -> str:
     axes.axhline(0.0, color=css("line"), linewidth=1.2)
     axes.plot(curve.at, curve.predicted, color=css("after"), linewidth=2.0)
     axes.errorbar(
-        curve.at, curve.found, curve.sigma, fmt="o", color=css("before"), markersize=4.5, elinewidth=1.2
+        curve.at, curve.measured, curve.sigma, fmt="o", color=css("before"), markersize=4.5, elinewidth=1.2
     )
     return embedded(axes, f"{curve.channel} against {curve.quantity}: found and predicted")

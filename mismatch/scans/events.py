@@ -261,7 +261,7 @@ def _steps(wheel: str, moments: Array, score: Array, gram: Array, tries: int) ->
 
 def _losses(regression: Regression, conditionals: Sequence[ConditionalFit]) -> list[Term]:
     """Return speeds above which a wheel's counts are lost."""
-    scans, found = [], []
+    scans, losses = [], []
     blocks = [windows.signals.block for windows in regression.windows]
     for number, wheel in enumerate(regression.windows[0].signals.wheels):
         speeds = [np.abs(block.speed[:, number]) for block in blocks]
@@ -281,13 +281,13 @@ def _losses(regression: Regression, conditionals: Sequence[ConditionalFit]) -> l
                 above = round(float(limits[at]), 4)
                 for kind in effects_scanned_by("threshold", wheel):
                     offer = term(kind.name, wheel, len(limits), above=above)
-                    found += _bounded(regression, conditional, [offer])
-    return found
+                    losses += _bounded(regression, conditional, [offer])
+    return losses
 
 
 def _harmonics(regression: Regression, conditionals: Sequence[ConditionalFit]) -> list[Term]:
     """Return the two most significant harmonics of each wheel's turn in its travel."""
-    scans, found = [], []
+    scans, harmonics = [], []
     for number, wheel in enumerate(regression.windows[0].signals.wheels):
         travel = []
         for windows in regression.windows:
@@ -299,13 +299,13 @@ def _harmonics(regression: Regression, conditionals: Sequence[ConditionalFit]) -
     for conditional in conditionals:
         for wheel, columns in scans:
             chi_square = (conditional.z_scores(columns).reshape(len(ORDERS), 2) ** 2).sum(axis=1)
-            found += [
+            harmonics += [
                 term(kind.name, wheel, len(ORDERS), order=float(ORDERS[at]))
                 for kind in effects_scanned_by("order", wheel)
                 for at in np.argsort(-chi_square)[:2]
                 if chi_square[at] > SEEN**2
             ]
-    return found
+    return harmonics
 
 
 def merged(known: Sequence[Term], new: Sequence[Term]) -> list[Term]:

@@ -355,10 +355,10 @@ def _other_evidence(encounter: _Encounter) -> float:
     levers = encounter.windows.lever[encounter.stretch, :, : 3 * trucks]
     roots = []
     for truck in range(trucks):
-        whole = np.zeros((count, 3 * trucks, 3))
-        whole[:, 3 * truck : 3 * truck + 3] = np.diag(PUSH_SIZE)
+        pushes = np.zeros((count, 3 * trucks, 3))
+        pushes[:, 3 * truck : 3 * truck + 3] = np.diag(PUSH_SIZE)
         ahead = PUSH_SIZE[0] * (levers[:, 2 * truck] + levers[:, 2 * truck + 1])
-        shapes = (whole, whole[:, :, 2:], ahead[:, :, None])
+        shapes = (pushes, pushes[:, :, 2:], ahead[:, :, None])
         roots += [
             np.einsum("ij,jkl->ikjl", np.eye(count), shape).reshape(3 * trucks * count, -1)
             for shape in shapes
