@@ -64,90 +64,90 @@ def scan(
     if write is not None and write.exists():
         raise CallError(f"{write}: exists already; name a new file, or remove it")
     with open_bus(bus) as opened, progress_bar("reading nodes") as progress:
-        found = look(
+        result = look(
             opened, bus, wait=wait, timeout=timeout, asks_lss=lss, first_id=assign, force=force,
             progress=progress,
         )  # fmt: skip
-    files = {} if eds is None else _fitting(found, eds)
+    files = {} if eds is None else _fitting(result, eds)
     if as_json:
-        say(json.dumps(_fields(found, files), indent=1))
+        say(json.dumps(_fields(result, files), indent=1))
     else:
-        _show(found, files)
+        _show(result, files)
     if write is not None:
-        _write(found, bus, files, write)
+        _write(result, bus, files, write)
         if not as_json:
             say(f"drafted: {write}")
-    for node in found.nodes:
+    for node in result.nodes:
         if node.remark:
             report_problem(f"node {node.node}: {node.remark}")
 
 
-def _fitting(found: Scan, folder: Path) -> dict[int, FittingFile]:
+def _fitting(result: Scan, folder: Path) -> dict[int, FittingFile]:
     """Return the file that fits each node, by node id."""
     from omnimate.driver.scan.eds_folder import described_devices, fitting_file
 
     devices = described_devices(folder, lambda error: warn(str(error)))
     if not devices:
         warn(f"{folder}: no EDS or DCF file that can be read")
-    files = {node.node: fitting_file(node, devices) for node in found.nodes}
+    files = {node.node: fitting_file(node, devices) for node in result.nodes}
     return {node: file for node, file in files.items() if file is not None}
 
 
-def _write(found: Scan, bus: str, files: Mapping[int, FittingFile], path: Path) -> None:
+def _write(result: Scan, bus: str, files: Mapping[int, FittingFile], path: Path) -> None:
     from omnimate.driver.bus.adapters import BusUrl
     from omnimate.driver.scan.draft import draft_vehicle
     from omnimate.vehicle.atomic import write_text
 
     folder = path.resolve().parent
     paths = {node: Path(os.path.relpath(file.path, folder)).as_posix() for node, file in files.items()}
-    write_text(path, draft_vehicle(found, bus, BusUrl.of(bus).bitrate, paths))
+    write_text(path, draft_vehicle(result, bus, BusUrl.of(bus).bitrate, paths))
 
 
-def _show(found: Scan, files: Mapping[int, FittingFile]) -> None:
-    say(_bus_in_words(found))
-    if not found.nodes:
+def _show(result: Scan, files: Mapping[int, FittingFile]) -> None:
+    say(_bus_in_words(result))
+    if not result.nodes:
         say("no node: check the power, the bit rate, and the terminating resistors")
     else:
-        for table in (_nodes(found), _identities(found, files), _pdos(found)):
+        for table in (_nodes(result), _identities(result, files), _pdos(result)):
             if table.row_count:
                 show(table, folds=True)
-    for identity in found.without_id:
-        given = next((node for node, named in found.given.items() if named == identity), None)
+    for identity in result.without_id:
+        given = next((node for node, named in result.given.items() if named == identity), None)
         what = ", ".join(f"{name} {_hex(value)}" for name, value in zip(IDENTITY, identity, strict=True))
         say(f"{'without a node id' if given is None else f'now node {given}'}: {what}")
-    sent = ", ".join(f"{count} frames of {what}" for what, count in sorted(found.sent.items()))
+    sent = ", ".join(f"{count} frames of {what}" for what, count in sorted(result.sent.items()))
     say(f"sent: {sent or 'nothing'}; nothing else")
 
 
-def _bus_in_words(found: Scan) -> str:
-    period = found.traffic.sync_period
-    counter = " with a counter" if found.traffic.has_counter else ""
+def _bus_in_words(result: Scan) -> str:
+    period = result.traffic.sync_period
+    counter = " with a counter" if result.traffic.has_counter else ""
     sync = "no SYNC" if period is None else f"SYNC every {1e3 * period:.1f} ms{counter}"
-    if not found.has_other_master:
+    if not result.has_other_master:
         return f"{sync}; no other master"
-    masters = ", ".join(sorted(found.traffic.masters))
+    masters = ", ".join(sorted(result.traffic.masters))
     return f"{sync}; another master works here ({masters})"
 
 
-def _nodes(found: Scan) -> Table:
+def _nodes(result: Scan) -> Table:
     heads = ("node", "device", "state", "kept alive by", "name, versions")
     rows = (
         (
             str(node.node),
             node.type_in_words or "-",
-            _state(found, node),
-            _alive(found, node),
+            _state(result, node),
+            _alive(result, node),
             ", ".join(text for text in (node.name, node.hardware, node.software) if text) or "-",
         )
-        for node in found.nodes
+        for node in result.nodes
     )
     return new_table("nodes", heads, rows=rows)
 
 
-def _identities(found: Scan, files: Mapping[int, FittingFile]) -> Table:
+def _identities(result: Scan, files: Mapping[int, FittingFile]) -> Table:
     heads = ("node", *IDENTITY, *(["EDS that fits"] if files else []))
     table = new_table("identities, 1018h", heads)
-    for node in found.nodes:
+    for node in result.nodes:
         if node.vendor is not None:
             texts = [str(node.node), *(_hex(getattr(node, name)) for name in IDENTITY)]
             if files:
@@ -156,9 +156,9 @@ def _identities(found: Scan, files: Mapping[int, FittingFile]) -> Table:
     return table
 
 
-def _pdos(found: Scan) -> Table:
+def _pdos(result: Scan) -> Table:
     table = new_table("PDOs that are on", ("node", "PDO", "COB-ID", "sent", "carries"))
-    for node in found.nodes:
+    for node in result.nodes:
         for setting in (*node.tpdos, *node.rpdos):
             if setting.is_valid:
                 carried = ", ".join(entry.in_words() for entry in setting.entries) or "nothing"
@@ -167,10 +167,10 @@ def _pdos(found: Scan) -> Table:
     return table
 
 
-def _state(found: Scan, node: NodeReading) -> str:
+def _state(result: Scan, node: NodeReading) -> str:
     from omnimate.files.logs.canopen_words import nmt_state_in_words
 
-    state = found.state(node)
+    state = result.state(node)
     if state is not None:
         return nmt_state_in_words(state or BOOTED)
     return "not stopped" if node.device_type is not None else "-"
@@ -179,12 +179,12 @@ def _state(found: Scan, node: NodeReading) -> str:
 BOOTED = 0x7F  # a node whose boot-up was heard last is pre-operational
 
 
-def _alive(found: Scan, node: NodeReading) -> str:
-    heard = found.traffic.heartbeat_period(node.node)
-    period = node.heartbeat or (0.0 if node.node in found.traffic.guarded else heard or 0.0)
+def _alive(result: Scan, node: NodeReading) -> str:
+    heard = result.traffic.heartbeat_period(node.node)
+    period = node.heartbeat or (0.0 if node.node in result.traffic.guarded else heard or 0.0)
     if period:
         return f"heartbeat {period:.3g} s"
-    if node.node in found.traffic.guarded:
+    if node.node in result.traffic.guarded:
         return "node guarding"
     return f"guarding {node.guarding:.3g} s" if node.guarding else "nothing"
 
@@ -202,27 +202,27 @@ def _hex(value: int | None) -> str:
     return "-" if value is None else f"{value:X}h"
 
 
-def _fields(found: Scan, files: Mapping[int, FittingFile]) -> dict[str, Any]:
+def _fields(result: Scan, files: Mapping[int, FittingFile]) -> dict[str, Any]:
     return {
-        "sync_period": found.traffic.sync_period,
-        "other_master": sorted(found.traffic.masters),
-        "sent": dict(found.sent),
-        "nodes": [_node_fields(found, node, files.get(node.node)) for node in found.nodes],
+        "sync_period": result.traffic.sync_period,
+        "other_master": sorted(result.traffic.masters),
+        "sent": dict(result.sent),
+        "nodes": [_node_fields(result, node, files.get(node.node)) for node in result.nodes],
         "without_id": [
             dict(zip(IDENTITY, identity, strict=True))
-            | {"given": next((node for node, named in found.given.items() if named == identity), None)}
-            for identity in found.without_id
+            | {"given": next((node for node, named in result.given.items() if named == identity), None)}
+            for identity in result.without_id
         ],
     }
 
 
-def _node_fields(found: Scan, node: NodeReading, file: FittingFile | None) -> dict[str, Any]:
+def _node_fields(result: Scan, node: NodeReading, file: FittingFile | None) -> dict[str, Any]:
     return {
         "node": node.node,
         "device_type": node.device_type,
         "profile": node.profile,
         "device": node.type_in_words,
-        "state": _state(found, node),
+        "state": _state(result, node),
         **{name: getattr(node, name) for name in (*IDENTITY, "name", "hardware", "software")},
         "heartbeat": node.heartbeat,
         "guarding": node.guarding,

@@ -63,7 +63,7 @@ def fill_transition(mean: Array, rolled: tuple[float, float], wheelbase: float, 
     `rolled` is the travel of the left and the right wheel with nominal diameters, `wheelbase` nominal [m].
     """
     base = wheelbase * (1.0 + mean[FACTOR + 2])
-    way = 0.5 * (rolled[0] * (1.0 + mean[FACTOR]) + rolled[1] * (1.0 + mean[FACTOR + 1]))
+    travel = 0.5 * (rolled[0] * (1.0 + mean[FACTOR]) + rolled[1] * (1.0 + mean[FACTOR + 1]))
     turn = (rolled[1] * (1.0 + mean[FACTOR + 1]) - rolled[0] * (1.0 + mean[FACTOR])) / base
     half = 0.5 * turn
     chord = sinc_of(half)
@@ -72,12 +72,12 @@ def fill_transition(mean: Array, rolled: tuple[float, float], wheelbase: float, 
     transition[:] = 0.0
     for state in range(STATES):
         transition[state, state] = 1.0
-    transition[0, HEADING], transition[1, HEADING] = -way * chord * sin, way * chord * cos
-    by_turn = way * (slope * cos - 0.5 * chord * sin), way * (slope * sin + 0.5 * chord * cos), 1.0
-    by_way = chord * cos, chord * sin, 0.0
+    transition[0, HEADING], transition[1, HEADING] = -travel * chord * sin, travel * chord * cos
+    by_turn = travel * (slope * cos - 0.5 * chord * sin), travel * (slope * sin + 0.5 * chord * cos), 1.0
+    by_travel = chord * cos, chord * sin, 0.0
     for axis in range(3):
-        transition[axis, FACTOR] = rolled[0] * (0.5 * by_way[axis] - by_turn[axis] / base)
-        transition[axis, FACTOR + 1] = rolled[1] * (0.5 * by_way[axis] + by_turn[axis] / base)
+        transition[axis, FACTOR] = rolled[0] * (0.5 * by_travel[axis] - by_turn[axis] / base)
+        transition[axis, FACTOR + 1] = rolled[1] * (0.5 * by_travel[axis] + by_turn[axis] / base)
         transition[axis, FACTOR + 2] = -turn / (1.0 + mean[FACTOR + 2]) * by_turn[axis]
 
 

@@ -59,18 +59,18 @@ def arc(left: ArrayLike, right: ArrayLike, wheelbase: ArrayLike) -> Array:
     return np.stack([chord * np.cos(half), chord * np.sin(half), turn], axis=-1)
 
 
-def arc_derivative(way: ArrayLike, turn: ArrayLike) -> Array:
+def arc_derivative(length: ArrayLike, turn: ArrayLike) -> Array:
     """Return the derivatives `(..., 3, 2)` of arcs by their length [m] and turn [rad], body frame after them.
 
-    The chord has length `way` sinc(h), h = turn / 2, and points along the mean heading.
+    The chord has length `length` sinc(h), h = turn / 2, and points along the mean heading.
     """
-    way, half = np.asarray(way, np.float64), 0.5 * np.asarray(turn, np.float64)
+    length, half = np.asarray(length, np.float64), 0.5 * np.asarray(turn, np.float64)
     ratio, slope = sinc(half), sinc_slope(half)
     cos, sin = np.cos(half), np.sin(half)
-    along, across = 0.5 * way * slope, 0.5 * way * ratio
-    by_way = np.stack([ratio * cos, -ratio * sin, np.zeros_like(half)], axis=-1)
+    along, across = 0.5 * length * slope, 0.5 * length * ratio
+    by_length = np.stack([ratio * cos, -ratio * sin, np.zeros_like(half)], axis=-1)
     by_turn = np.stack([cos * along + sin * across, cos * across - sin * along, np.ones_like(half)], axis=-1)
-    return np.stack([by_way, by_turn], axis=-1)
+    return np.stack([by_length, by_turn], axis=-1)
 
 
 def arc_jacobian(left: ArrayLike, right: ArrayLike, wheelbase: ArrayLike) -> Array:
@@ -78,8 +78,8 @@ def arc_jacobian(left: ArrayLike, right: ArrayLike, wheelbase: ArrayLike) -> Arr
     left, right = np.asarray(left, np.float64), np.asarray(right, np.float64)
     base = np.asarray(wheelbase, np.float64)[..., np.newaxis]
     turn = (right - left)[..., np.newaxis] / base
-    by_way, by_turn = np.moveaxis(arc_derivative(0.5 * (left + right), turn[..., 0]), -1, 0)
-    by_left, by_right = 0.5 * by_way - by_turn / base, 0.5 * by_way + by_turn / base
+    by_length, by_turn = np.moveaxis(arc_derivative(0.5 * (left + right), turn[..., 0]), -1, 0)
+    by_left, by_right = 0.5 * by_length - by_turn / base, 0.5 * by_length + by_turn / base
     return np.stack([by_left, by_right, -turn / base * by_turn], axis=-1)
 
 
@@ -93,15 +93,15 @@ def travel_lever(heading: Real, x: Real, y: Real, turn: float) -> tuple[Real, Re
     return 0.5 * np.cos(heading) - turn * y, 0.5 * np.sin(heading) + turn * x
 
 
-def wheel_levers(heading: Array, way: Array, wheelbase: float) -> Array:
+def wheel_levers(heading: Array, displacement: Array, wheelbase: float) -> Array:
     """Return the derivatives `(..., 3, 2)` of later poses by the travel of the left and the right wheel.
 
-    `heading` `(...)` [rad] is that of the truck meanwhile, `way` `(..., 2)` [m] the displacement to the later
+    `heading` `(...)` [rad] is that of the truck meanwhile, `displacement` `(..., 2)` [m] that to the later
     pose.
     """
     columns = []
     for turn in (-1.0 / wheelbase, 1.0 / wheelbase):
-        x, y = travel_lever(heading, way[..., 0], way[..., 1], turn)
+        x, y = travel_lever(heading, displacement[..., 0], displacement[..., 1], turn)
         columns.append(np.stack([x, y, np.full_like(x, turn)], axis=-1))
     return np.stack(columns, axis=-1)
 

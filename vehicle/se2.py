@@ -73,12 +73,12 @@ def rotation(angle: ArrayLike) -> Array:
     return matrix
 
 
-def lever_matrix(way: ArrayLike) -> Array:
-    """Return the derivatives `(..., 3, 3)` of a pose displaced by `way` `(..., 2)` [m], by x, y, theta."""
-    way = np.asarray(way, np.float64)
-    matrix = np.zeros((*way.shape[:-1], 3, 3))
+def lever_matrix(displacement: ArrayLike) -> Array:
+    """Return the derivatives `(..., 3, 3)` of a pose after a displacement `(..., 2)` [m], by x, y, theta."""
+    displacement = np.asarray(displacement, np.float64)
+    matrix = np.zeros((*displacement.shape[:-1], 3, 3))
     matrix[...] = np.eye(3)
-    matrix[..., 0, 2], matrix[..., 1, 2] = -way[..., 1], way[..., 0]
+    matrix[..., 0, 2], matrix[..., 1, 2] = -displacement[..., 1], displacement[..., 0]
     return matrix
 
 
