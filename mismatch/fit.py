@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 # tyre's load, a wrong figure in a data sheet) is larger. UMBmark's robot had a wheelbase 1.1 % off and
 # diameters apart by 0.084 % (Borenstein & Feng, figure 11); OptiOdom publishes 1.7 % and 0.11 % of its robot.
 UNEQUAL = 0.1
-HELD = 1e12  # precision of a size that is known, beside which all that data tell is nothing
+HELD = 1e12  # precision of a size that is known, far above that of any data
 TURNS = 2  # the effects are small, and the second turn changes them by their square
 
 

@@ -30,7 +30,7 @@ HELD = {
     "blocks": "every fourth block of 8 s, with effects fitted to the others: some act in one lap only",
     "moments": "every other half second, with effects fitted to the others: some act at one moment only",
 }
-_MOST = 0.8  # of what tells a parameter may lie in the stretch that is left out
+_MOST = 0.8  # of the information on a parameter may lie in the stretch that is left out
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +107,7 @@ def predicts_better(richer: Fitted, simpler: Fitted) -> bool:
 
 
 def _kind(fitted: Regression, columns: Array) -> Kind:
-    """Return the longest stretches that may be left out, all parameters being told by the rest."""
+    """Return the longest stretches that may be left out, all parameters being identified by the rest."""
     total = (columns**2).sum(axis=0)
     for kind in ("laps", "blocks"):
         folds = fitted.of_rows(folds_of(fitted.windows, kind))
@@ -118,9 +118,9 @@ def _kind(fitted: Regression, columns: Array) -> Kind:
 
 
 def _shared(terms: Sequence[Term], values: Sequence[Array]) -> tuple[Array, Array]:
-    """Return coefficients (K,) that no other stretch tells, and how the others depend on shared ones, (K, k).
+    """Return coefficients (K,) that no other stretch has, and how the others depend on shared ones, (K, k).
 
-    All events of a wheel have one size in common; nothing but its own moment tells what a push was.
+    All events of a wheel have one size in common; only its own moment shows what a push was.
     """
     known, shared = [np.zeros(0)], []
     for term, coefficients in zip(terms, values, strict=True):

@@ -106,7 +106,7 @@ def investigate(
         if turn > 0 and names == before:
             break
     # Residuals beyond noise have no candidate now: they count as noise, and disturbed windows are
-    # down-weighted, lest they are taken for a lasting effect.
+    # down-weighted, so that they are not taken for a lasting effect.
     noise, disturbances = _noise_and_disturbances(fit)
     disturbances = [known + left for known, left in zip(obstacles.disturbances, disturbances, strict=True)]
     fit = fitted(signals, noise, fit.chosen.terms, fit.chosen.values, 1, fit, disturbances)

@@ -1,7 +1,7 @@
 """A calibration whose numbers count as much as the recordings need them.
 
-Where a drive hardly tells a truck's numbers, those of `vehicle.toml` lead as well as a fit does. The answer
-is the mean over how far numbers may be off, each weighed by its probability (Bayesian model averaging:
+Where a drive hardly identifies a truck's numbers, those of `vehicle.toml` predict as well as a fit does. The
+answer is the mean over how far numbers may be off, each weighed by its probability (Bayesian model averaging:
 Hoeting, Madigan, Raftery and Volinsky, Statistical Science 1999).
 """
 

@@ -37,7 +37,7 @@ MERGED = (1.0, 0.25)
 # Windows before from which the rate of a linkage is foreseen, and the time [s] by which readings may go with
 # what was not foreseen of it. What a wheel's last count rounds off stands in the rate as well as in the
 # reading's innovation, and a robot that steers by its linkage answers to what has shaken it: only what is
-# foreseen of a rate tells of a delay, and the rest is a nuisance beside it (errors in variables by a control
+# foreseen of a rate shows a delay, and the rest is a nuisance (errors in variables by a control
 # function: Hausman, Econometrica 1978; Van den Hof & Schrama, Automatica 1993, of closed loops).
 BEFORE, ANSWER = 3, 0.25
 SPANS = (0.0, 0.05, 0.1)  # [s] over which the rate is taken, one sample at least: as long as delays are

@@ -52,7 +52,7 @@ class Push(Effect):
             twist[inside] += (block.period[inside] / (end - begin))[:, None] * np.array(moved)
         return block.with_twist(truck, twist), state
 
-    def acts_during(self, block: Block) -> tuple[float, float] | None:  # noqa: ARG002  it is told by time
+    def acts_during(self, block: Block) -> tuple[float, float] | None:  # noqa: ARG002  its time is known
         """Return from when to when the truck is pushed [s]."""
         return self.time, self.time + self.lasting
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 KNOTS = 5  # of a curve over a quantity, evenly spaced: a drive's large excursions decide, not what jitters
 FOOTPRINT = 0.05  # [m] contact length of a wheel: a robot that strays less meets the same floor
-RARE = 0.005  # share of the samples beyond either end of a curve: too few to tell it there
+RARE = 0.005  # share of the samples beyond either end of a curve: too few to identify it there
 
 Curves = dict[str, list["Array"]]
 
@@ -45,7 +45,7 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
 
     They are taken from the wheels, and from the linkage's angles: what readings round off must not stand on
     both sides of a regression on readings. The second truck's wheels follow the linkage, so that their speeds
-    and accelerations answer what disturbs it: only what the first truck does tells of a cause (closed-loop
+    and accelerations answer what disturbs it: only what the first truck does shows a cause (closed-loop
     identification: Forssell & Ljung, Automatica 1999). `moving` are the channels that move, and "turning"
     where the robot turns.
     """

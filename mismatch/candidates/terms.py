@@ -45,7 +45,7 @@ class Term:
     effect: str  # of the vocabulary
     component: str  # on which it acts
     probes: tuple[Effect, ...]  # effects of a-priori size, one for each column
-    fixed: dict[str, Any]  # parameters that the coefficients do not tell
+    fixed: dict[str, Any]  # parameters that are not coefficients
     odds: float  # log odds a priori
     positive: bool  # a coefficient below zero makes no sense
     size: float = 1.0  # of the probes, in a-priori ones; coefficients are in a-priori sizes whatever it is
@@ -198,7 +198,7 @@ class Term:
 
     @property
     def linear(self) -> str:
-        """The parameter that its coefficients tell."""
+        """The parameter of which the coefficients are."""
         return self.kind.estimated().name
 
 
@@ -308,7 +308,7 @@ def moving_channels(signals: Sequence[Signals]) -> set[str]:
     """Return the linkage channels that the drive moves by more than a floor's roughness and a count do.
 
     What moves a channel otherwise is noise, and truck b's answer to it: a delay or a play of such a
-    channel cannot be told from the answer, and what depends on its reading depends on the reading's noise.
+    channel looks the same as the answer, and what depends on its reading depends on the reading's noise.
     """
     if not signals[0].reading.shape[1]:
         return set()

@@ -26,7 +26,7 @@ METRIC = (
 MAX_PROBABILITY = 0.999  # that is reported: the models are approximate
 MIN_ALTERNATIVE = 0.01  # probability of an alternative that is reported
 _DESCRIPTION = "which encoder is which wheel, and the sign of its counts"
-_ADVICE = "correct vehicle.toml, and diagnose again: smaller effects cannot be told before that"
+_ADVICE = "correct vehicle.toml, and diagnose again: smaller effects cannot be identified before that"
 
 
 def far_off(recordings: Sequence[Recording], look: Look) -> Diagnosis:

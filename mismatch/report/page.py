@@ -110,7 +110,7 @@ def _calibrated(diagnosis: Diagnosis) -> Iterable[str]:
     if not diagnosis.calibrated:
         return
     yield "<h2>Calibrated beside it</h2>"
-    yield "<p class=soft>What poses tell in any case. No finding, but in the effects file.</p>"
+    yield "<p class=soft>What poses identify in any case. No finding, but in the effects file.</p>"
     rows = "".join(
         _row(f"{_name(calibrated.effect)}, {component_in_words(calibrated.component)}", *row)
         for calibrated in diagnosis.calibrated
