@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 import os
+from codecs import BOM_UTF8
 from collections import deque
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -110,6 +111,8 @@ class LogReader:
         """
         try:
             content = BlockReader(self.source)
+            if content.head(len(BOM_UTF8)) == BOM_UTF8:  # as editors on Windows write it
+                content.file.read(len(BOM_UTF8))
             head = content.head(HEAD_BYTES)
             for signature, name in _OTHER_PACKERS.items():
                 if head.startswith(signature):
