@@ -5,6 +5,7 @@ A measured and a simulated drive are the same type, so that their difference is 
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -14,6 +15,8 @@ from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.se2 import Array, wrap
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from omnimate.vehicle.parameters import Channel, TruckName, VehicleParameters
@@ -157,10 +160,33 @@ class Recording:
         length = self.vehicle.linkage.length + (self.channel_counts("link") - encoder.zero) * encoder.scale
         return np.asarray(length, np.float64)
 
+    def is_same_drive(self, other: Recording) -> bool:
+        """Return whether another recording of this robot holds the same samples, poses and laps."""
+        if self.vehicle != other.vehicle or self.run != other.run or len(self) != len(other):
+            return False
+        pairs = [(self.time, other.time), (self.counts, other.counts)]
+        if self.poses is not None and other.poses is not None:
+            pairs.append((self.poses.pose, other.poses.pose))
+        same_kind = (self.poses is None) == (other.poses is None)
+        return same_kind and all(np.array_equal(one, two, equal_nan=True) for one, two in pairs)
+
     def between(self, start: float, end: float) -> slice:
         """Return the slice of the samples with start <= time <= end [s]."""
         first = int(np.searchsorted(self.time, start, side="left"))
         return slice(first, int(np.searchsorted(self.time, end, side="right")))
+
+
+def check_distinct(recordings: Sequence[Recording]) -> None:
+    """Check that no drive is there twice, whose data would count double.
+
+    Raises:
+        RecordingError: Two recordings hold the same drive.
+    """
+    for first, second in itertools.combinations(recordings, 2):
+        if first.is_same_drive(second):
+            raise RecordingError(
+                second.source, f"holds the same drive as {first.source}; give each drive once"
+            )
 
 
 def _freeze(*arrays: NDArray[np.generic]) -> None:
