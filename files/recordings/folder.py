@@ -128,7 +128,7 @@ def _check_readable(recording: Recording) -> None:
 
 def _check_clock(recording: Recording, folder: Path) -> None:
     """Raise an error for laps that the log does not cover, or no pose in it: they must be on its clock."""
-    first, last = float(recording.time[0]), float(recording.time[-1])
+    first, last = float(recording.time.min()), float(recording.time.max())  # the clock may go back
     times = np.zeros(0) if recording.poses is None else recording.poses.time
     if len(times) and (times[0] > last + _CLOCK_TOLERANCE or times[-1] < first - _CLOCK_TOLERANCE):
         raise RecordingError(
