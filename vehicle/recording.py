@@ -92,6 +92,8 @@ class Gap:
 class Recording:
     """A drive, one row per SYNC; columns in the order of `vehicle.channels`.
 
+    Methods that take a channel raise a `RecordingError` where the robot has none of that name.
+
     Attributes:
         vehicle: The nominal robot.
         time: Time of each SYNC on the recording's clock [s], shape `(N,)`.
@@ -132,11 +134,11 @@ class Recording:
 
     def is_present(self, channel: Channel) -> NDArray[np.bool_]:
         """Return where a channel was read, `(N,)`."""
-        return self.present[:, self.vehicle.channels.index(channel)]
+        return self.present[:, self._column(channel)]
 
     def channel_counts(self, channel: Channel) -> NDArray[np.int64]:
         """Return the unwrapped counts of a channel, `(N,)`."""
-        return self.counts[:, self.vehicle.channels.index(channel)]
+        return self.counts[:, self._column(channel)]
 
     def wheel_angle(self, wheel: Channel) -> Array:
         """Return how far a wheel has turned [rad], `(N,)`; forward is positive, the zero is the counter's."""
@@ -144,8 +146,8 @@ class Recording:
 
     def joint_angle(self, joint: Channel) -> Array:
         """Return a joint's angle [rad], `(N,)`: continuous, beginning in (-pi, pi]."""
-        encoder = self.vehicle.encoder(joint)
-        angle = (self.channel_counts(joint) - encoder.zero) * encoder.scale
+        counts, encoder = self.channel_counts(joint), self.vehicle.encoder(joint)
+        angle = (counts - encoder.zero) * encoder.scale
         return np.asarray(angle - (angle[0] - wrap(angle[0])), np.float64)
 
     def link_length(self) -> Array:
@@ -159,6 +161,12 @@ class Recording:
         encoder = self.vehicle.encoder("link")
         length = self.vehicle.linkage.length + (self.channel_counts("link") - encoder.zero) * encoder.scale
         return np.asarray(length, np.float64)
+
+    def _column(self, channel: Channel) -> int:
+        channels = self.vehicle.channels
+        if channel not in channels:
+            raise RecordingError(self.source, f"no channel {channel}; the robot has {', '.join(channels)}")
+        return channels.index(channel)
 
     def is_same_drive(self, other: Recording) -> bool:
         """Return whether another recording of this robot holds the same samples, poses and laps."""
