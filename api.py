@@ -7,7 +7,9 @@ a caller can solve are `OmnimateError`s, whose message says what was expected, w
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from omnimate.calib.apply import corrected_vehicle
@@ -16,7 +18,7 @@ from omnimate.calib.paths.least_squares import PathCalibration, calibrate_truck
 from omnimate.driver.canopen.dcf import load_descriptions
 from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.driver import open_driver as open_configured
-from omnimate.files.recordings.folder import load_recording, save_recording
+from omnimate.files.recordings.folder import read_recording, save_recording
 from omnimate.ipec.filter.estimate import Estimate
 from omnimate.ipec.filter.estimate import estimate as track
 from omnimate.mismatch import Diagnosis, diagnose
@@ -24,8 +26,9 @@ from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate as simulate_program
 from omnimate.vcan_sim.truth import Truth
-from omnimate.vehicle.errors import OmnimateError
-from omnimate.vehicle.file import load_vehicle, save_vehicle
+from omnimate.vehicle.errors import OmnimateError, VehicleFileError
+from omnimate.vehicle.file import load_vehicle
+from omnimate.vehicle.file import save_vehicle as write_vehicle
 from omnimate.vehicle.parameters import VehicleParameters
 from omnimate.vehicle.recording import Recording
 
@@ -57,6 +60,9 @@ __all__ = [
 ]
 
 
+MAX_WARNINGS = 20  # of one log
+
+
 @dataclass(frozen=True, slots=True)
 class Calibrated:
     """A robot whose wheel diameters and wheelbases were fitted to recordings.
@@ -68,6 +74,34 @@ class Calibrated:
 
     vehicle: VehicleParameters
     trucks: Mapping[TruckName, PathCalibration]
+
+
+def load_recording(folder: Path | str) -> Recording:
+    """Return the recording in a folder.
+
+    A `UserWarning` says what of the log was left out, that it ends early, or that its clock goes back.
+
+    Raises:
+        VehicleFileError: `vehicle.toml` is absent or describes no possible robot.
+        LogError: `can.log` cannot be read.
+        RecordingError: A file is missing, or the files contradict each other or the format.
+    """
+    loaded = read_recording(folder)
+    for problem in islice(loaded.log.blocks.problems(), MAX_WARNINGS):
+        warnings.warn(problem, stacklevel=2)
+    return loaded.recording
+
+
+def save_vehicle(vehicle: VehicleParameters, path: Path | str) -> None:
+    """Write a `vehicle.toml` atomically; absolute paths of EDS files become relative to it.
+
+    Raises:
+        VehicleFileError: It cannot be written, for instance because its folder is not there.
+    """
+    try:
+        write_vehicle(vehicle, path)
+    except OSError as error:
+        raise VehicleFileError(path, "(file)", f"cannot be written: {error.strerror or error}") from error
 
 
 def calibrate(recordings: Sequence[Recording]) -> Calibrated:

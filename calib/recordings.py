@@ -10,6 +10,7 @@ import numpy as np
 from omnimate.calib.advice import Advice
 from omnimate.calib.errors import CalibrationError
 from omnimate.vehicle.odometry import truck_travel, wheels_of
+from omnimate.vehicle.recording import check_distinct
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,10 +30,11 @@ def has_fixes(recording: Recording, truck: TruckName) -> bool:
 
 
 def check_one_robot(recordings: Sequence[Recording]) -> None:
-    """Check that recordings are of robots with the same name and trucks.
+    """Check that recordings are of robots with the same name and trucks, and that each is there once.
 
     Raises:
         CalibrationError: There is no recording, or one is of another robot than the first.
+        RecordingError: Two recordings hold the same drive.
     """
     if not recordings:
         raise CalibrationError("calibration", "no recording given")
@@ -50,6 +52,7 @@ def check_one_robot(recordings: Sequence[Recording]) -> None:
                 f"it is of the robot {other.vehicle.name!r}, but {first.source} of {first.vehicle.name!r}; "
                 "give recordings of one robot at a time (its name stands in vehicle.toml)",
             )
+    check_distinct(recordings)
 
 
 def check_one_truck(recordings: Sequence[Recording], truck: TruckName) -> None:

@@ -60,6 +60,10 @@ def replay(
     from omnimate.vehicle.errors import RecordingError
     from omnimate.vehicle.trajectories import format_trajectories, trajectories
 
+    if plot is not None:
+        from omnimate.figures.files import check_format
+
+        check_format(plot)
     robot = vehicle_of(vehicle) if source.is_dir() else nominal_vehicle(vehicle)
     if (source / EVENTS).exists():
         _show_timeline(source, robot, frames)

@@ -13,8 +13,6 @@ from omnimate.cli.errors import CallError
 from omnimate.cli.options import Bumps, Effects, Laps, Protocol, Seed, Side, Speed, TrueVehicle, VehicleFile
 from omnimate.cli.robots import nominal_vehicle, program_of, truth_of
 
-LATEST = 2.0**32  # [s], in the year 2106: stamps of candump logs have ten digits before the point
-
 if TYPE_CHECKING:
     from omnimate.motion.journal import Journal
     from omnimate.motion.program import Program
@@ -34,12 +32,12 @@ def simulate(
     start: Annotated[float | None, typer.Option(help="Time of the first sample [s]; now by default.")] = None,
 ) -> None:
     """Simulate a robot that drives a protocol, and write its recording: arrays, no bus."""
-    from omnimate.files.recordings.folder import check_free, save_recording
+    from omnimate.files.recordings.folder import LATEST_TIME, check_free, save_recording
     from omnimate.vcan_sim.simulate import simulate as run
 
     check_free(folder)
-    if start is not None and not 0.0 <= start <= LATEST:
-        raise CallError(f"--start {start}: expected a time since 1970, 0 to {LATEST:.0f} s")
+    if start is not None and not 0.0 <= start <= LATEST_TIME:
+        raise CallError(f"--start {start}: expected a time since 1970, 0 to {LATEST_TIME:.0f} s")
     robot = nominal_vehicle(vehicle)
     truth = truth_of(robot, true_vehicle, bump or (), seed, effects)
     program = program_of(protocol, robot, side=side, runs=runs, speed=speed, seed=seed)

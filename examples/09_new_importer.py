@@ -24,17 +24,21 @@ def read(path: Path) -> dict[str, np.ndarray]:
     """Return the numbers of all lines of each kind, shape `(N, columns)`.
 
     Raises:
-        SourceError: A line is of no known kind, or holds too few numbers.
+        SourceError: A line is of no known kind, or does not hold its numbers.
     """
     rows: dict[str, list[list[float]]] = {kind: [] for kind in COLUMNS}
-    for number, line in enumerate(path.read_text().splitlines(), start=1):
-        kind, *cells = line.split()
-        if kind not in COLUMNS or len(cells) != COLUMNS[kind]:
+    for number, line in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), start=1):
+        kind, *cells = line.split() or [""]
+        try:
+            values = [float(cell) for cell in cells]
+        except ValueError:
+            values = []
+        if len(values) != COLUMNS.get(kind):
             raise SourceError(
                 f"{path}:{number}", f"{line!r}; expected 'w TIME LEFT RIGHT' or 'p TIME X Y THETA'"
             )
-        rows[kind].append([float(cell) for cell in cells])
-    return {kind: np.array(values) for kind, values in rows.items()}
+        rows[kind].append(values)
+    return {kind: np.array(values).reshape(-1, COLUMNS[kind]) for kind, values in rows.items()}
 
 
 def recording_from(path: Path) -> Recording:
@@ -51,7 +55,7 @@ def recording_from(path: Path) -> Recording:
         "a.left": Series(time, left, "counts", f"{path}, left"),
         "a.right": Series(time, right, "counts", f"{path}, right"),
     }
-    poses = poses_of("a", rows["p"][:, 0], rows["p"][:, 1:])
+    poses = poses_of("a", rows["p"][:, 0], rows["p"][:, 1:]) if len(rows["p"]) else None
     run = Run("free", None, (Lap("none", float(time[0]), float(time[-1])),))
     return recording_of(robot, wheels, str(path), poses, run)
 

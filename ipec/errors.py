@@ -20,7 +20,8 @@ class NoLinkageError(IpecError):
     def __init__(self, source: str) -> None:
         super().__init__(
             f"{source}: a robot with a single truck has no linkage; expected two trucks: "
-            "use plain odometry, or name truck b, [linkage] and their encoders in vehicle.toml"
+            "follow one by `omnimate track` or omnimate.ipec.tracker.track_one_truck, or name truck b, "
+            "[linkage] and their encoders in vehicle.toml"
         )
         self.source = source
 

@@ -53,7 +53,7 @@ class Program:
     """A program of motions.
 
     Raises:
-        ProgramError: A row could not be finished.
+        ProgramError: A row could not be finished, or the side of a square is not above 0.
     """
 
     protocol: str  # protocol as in `run.toml`: umbmark, extended-umbmark, straight, free
@@ -63,6 +63,8 @@ class Program:
     follower: Follower = "car"  # control law of truck b
 
     def __post_init__(self) -> None:
+        if self.side is not None and not self.side > 0.0:
+            raise ProgramError(0, f"a square of {self.side} m; expected more than 0")
         for number, row in enumerate(self.rows):
             _check(number, row)
 

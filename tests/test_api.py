@@ -54,6 +54,26 @@ def test_a_recording_survives_its_folder(tmp_path):
     assert np.array_equal(omnimate.load_recording(tmp_path / "drive").counts, recording.counts)
 
 
+def test_a_log_whose_clock_goes_back_or_that_has_other_lines_is_loaded_with_warnings(tmp_path):
+    omnimate.save_recording(omnimate.simulate(), tmp_path)
+    lines = (tmp_path / "can.log").read_text().splitlines()
+    half = len(lines) // 2
+    swapped = ["no frame", *lines[half:], *lines[:half]]
+    (tmp_path / "can.log").write_text("\n".join(swapped) + "\n")
+    with pytest.warns(UserWarning, match="can.log") as caught:
+        recording = omnimate.load_recording(tmp_path)
+    assert recording.time[0] > recording.time[-1]
+    first, second = (str(warning.message) for warning in caught)
+    assert "the clock goes back 1 times" in first
+    assert "can.log:1: skipped" in second
+
+
+@pytest.mark.parametrize("name", ["missing/vehicle.toml", "."])
+def test_a_vehicle_that_cannot_be_written_is_an_error_that_names_the_file(tmp_path, name):
+    with pytest.raises(omnimate.OmnimateError, match="cannot be written"):
+        omnimate.save_vehicle(reference_vehicle(), tmp_path / name)
+
+
 def test_calibrating_nothing_is_refused_with_what_is_expected():
     with pytest.raises(omnimate.OmnimateError, match="expected one or more"):
         omnimate.calibrate([])

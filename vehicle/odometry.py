@@ -50,7 +50,7 @@ def dead_reckon(recording: Recording, truck: TruckName = "a", start: ArrayLike =
     """Return the poses `(N, 3)` of a truck at every sample of a recording, from its wheels alone.
 
     Raises:
-        RecordingError: The two wheels are never present together.
+        RecordingError: The robot has no such truck, or its two wheels are never present together.
     """
     left, right, _ = truck_travel(recording, truck)
     wheelbase = recording.vehicle.trucks[truck].wheelbase

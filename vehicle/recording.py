@@ -5,6 +5,7 @@ A measured and a simulated drive are the same type, so that their difference is 
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -14,6 +15,8 @@ from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.se2 import Array, wrap
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from omnimate.vehicle.parameters import Channel, TruckName, VehicleParameters
@@ -89,6 +92,8 @@ class Gap:
 class Recording:
     """A drive, one row per SYNC; columns in the order of `vehicle.channels`.
 
+    Methods that take a channel raise a `RecordingError` where the robot has none of that name.
+
     Attributes:
         vehicle: The nominal robot.
         time: Time of each SYNC on the recording's clock [s], shape `(N,)`.
@@ -129,11 +134,11 @@ class Recording:
 
     def is_present(self, channel: Channel) -> NDArray[np.bool_]:
         """Return where a channel was read, `(N,)`."""
-        return self.present[:, self.vehicle.channels.index(channel)]
+        return self.present[:, self._column(channel)]
 
     def channel_counts(self, channel: Channel) -> NDArray[np.int64]:
         """Return the unwrapped counts of a channel, `(N,)`."""
-        return self.counts[:, self.vehicle.channels.index(channel)]
+        return self.counts[:, self._column(channel)]
 
     def wheel_angle(self, wheel: Channel) -> Array:
         """Return how far a wheel has turned [rad], `(N,)`; forward is positive, the zero is the counter's."""
@@ -141,8 +146,8 @@ class Recording:
 
     def joint_angle(self, joint: Channel) -> Array:
         """Return a joint's angle [rad], `(N,)`: continuous, beginning in (-pi, pi]."""
-        encoder = self.vehicle.encoder(joint)
-        angle = (self.channel_counts(joint) - encoder.zero) * encoder.scale
+        counts, encoder = self.channel_counts(joint), self.vehicle.encoder(joint)
+        angle = (counts - encoder.zero) * encoder.scale
         return np.asarray(angle - (angle[0] - wrap(angle[0])), np.float64)
 
     def link_length(self) -> Array:
@@ -157,10 +162,39 @@ class Recording:
         length = self.vehicle.linkage.length + (self.channel_counts("link") - encoder.zero) * encoder.scale
         return np.asarray(length, np.float64)
 
+    def _column(self, channel: Channel) -> int:
+        channels = self.vehicle.channels
+        if channel not in channels:
+            raise RecordingError(self.source, f"no channel {channel}; the robot has {', '.join(channels)}")
+        return channels.index(channel)
+
+    def is_same_drive(self, other: Recording) -> bool:
+        """Return whether another recording of this robot holds the same samples, poses and laps."""
+        if self.vehicle != other.vehicle or self.run != other.run or len(self) != len(other):
+            return False
+        pairs = [(self.time, other.time), (self.counts, other.counts)]
+        if self.poses is not None and other.poses is not None:
+            pairs.append((self.poses.pose, other.poses.pose))
+        same_kind = (self.poses is None) == (other.poses is None)
+        return same_kind and all(np.array_equal(one, two, equal_nan=True) for one, two in pairs)
+
     def between(self, start: float, end: float) -> slice:
         """Return the slice of the samples with start <= time <= end [s]."""
         first = int(np.searchsorted(self.time, start, side="left"))
         return slice(first, int(np.searchsorted(self.time, end, side="right")))
+
+
+def check_distinct(recordings: Sequence[Recording]) -> None:
+    """Check that no drive is there twice, whose data would count double.
+
+    Raises:
+        RecordingError: Two recordings hold the same drive.
+    """
+    for first, second in itertools.combinations(recordings, 2):
+        if first.is_same_drive(second):
+            raise RecordingError(
+                second.source, f"holds the same drive as {first.source}; give each drive once"
+            )
 
 
 def _freeze(*arrays: NDArray[np.generic]) -> None:

@@ -41,7 +41,7 @@ def load_motions(path: Path) -> Motions:
         CalibrationError: The file cannot be read, or has other columns, or a line is no motion.
     """
     try:
-        with path.open(newline="", encoding="utf-8") as file:
+        with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file)
             missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
             if missing:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 import os
+from codecs import BOM_UTF8
 from collections import deque
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -110,6 +111,8 @@ class LogReader:
         """
         try:
             content = BlockReader(self.source)
+            if content.head(len(BOM_UTF8)) == BOM_UTF8:  # as editors on Windows write it
+                content.file.read(len(BOM_UTF8))
             head = content.head(HEAD_BYTES)
             for signature, name in _OTHER_PACKERS.items():
                 if head.startswith(signature):
@@ -222,14 +225,14 @@ class LogBlocks(LogReader):
                     yield frames
 
     def problems(self) -> Iterator[str]:
-        """Yield sentences on skipped lines, on the end of the log, on times, and on jumps of the clock."""
-        yield from LogReader.problems(self)
+        """Yield sentences on times, on jumps of the clock, on skipped lines, and on the end of the log."""
         if self.is_added_up:
             yield f"{self.source}: times are since the frame before (candump -td); they were added up from 0"
         if self.jumps:
             frame, before, after = self.first_jump
             where = f"first at frame {frame} from {before:.6f} s to {after:.6f} s"
             yield f"{self.source}: the clock goes back {self.jumps} times, {where}"
+        yield from LogReader.problems(self)  # these may be many, of which a caller shows the first
 
     def _note_jumps(self, frames: Frames) -> None:
         before = float(frames.time[0]) if self._last is None else self._last

@@ -35,7 +35,7 @@ def read_events(path: Path | str) -> tuple[RecordedEvent, ...]:
         RecordingError: The file cannot be read, or a line is no event; the error names file and line.
     """
     try:
-        lines = Path(path).read_text(encoding="utf-8").splitlines()
+        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise RecordingError(path, f"cannot be read: {describe_read_error(error)}") from error
     events = [_event(line, f"{path}:{number}") for number, line in enumerate(lines, start=1)]

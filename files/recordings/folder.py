@@ -17,7 +17,7 @@ from omnimate.files.logs.blocks import LogReadResult, read_log
 from omnimate.files.logs.formats.candump_text import candump_text
 from omnimate.files.logs.recording_to_frames import frames_of_recording
 from omnimate.files.recordings.events_jsonl import EVENTS
-from omnimate.files.recordings.poses_csv import read_poses, write_poses
+from omnimate.files.recordings.poses_csv import POSITIVE_SIGMA, read_poses, write_poses
 from omnimate.files.recordings.run_toml import read_run, write_run
 from omnimate.vehicle.atomic import write_bytes
 from omnimate.vehicle.errors import RecordingError
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 VEHICLE, LOG, POSES, RUN = "vehicle.toml", "can.log", "poses.csv", "run.toml"
 
+LATEST_TIME = 2.0**32  # [s], in the year 2106: stamps of candump logs have ten digits before the point
 _CLOCK_TOLERANCE = 1.0  # [s] that a lap may start before or end after the log (assumption)
 
 
@@ -94,9 +95,10 @@ def save_recording(recording: Recording, folder: Path | str, *, compress: bool =
     With `compress`, `can.log.gz` is written instead of `can.log`.
 
     Raises:
-        RecordingError: The folder cannot be written.
+        RecordingError: The folder cannot be written, or a time or a standard deviation cannot be read back.
     """
     folder = Path(folder)
+    _check_readable(recording)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name in (LOG, f"{LOG}.gz", POSES, RUN, EVENTS):
@@ -113,9 +115,20 @@ def save_recording(recording: Recording, folder: Path | str, *, compress: bool =
         raise RecordingError(folder, f"cannot be written: {error.strerror or error}") from error
 
 
+def _check_readable(recording: Recording) -> None:
+    """Raise an error for times and standard deviations that could not be read back."""
+    wrong = recording.time[~((recording.time >= 0.0) & (recording.time <= LATEST_TIME))]
+    if len(wrong):
+        raise RecordingError(
+            recording.source, f"time {wrong[0]:g} s; expected seconds since 1970, 0 to {LATEST_TIME:.0f}"
+        )
+    if recording.poses is not None and np.any(recording.poses.sigma <= 0.0):
+        raise RecordingError(recording.source, f"poses with sigma 0 or below; {POSITIVE_SIGMA} (nan)")
+
+
 def _check_clock(recording: Recording, folder: Path) -> None:
     """Raise an error for laps that the log does not cover, or no pose in it: they must be on its clock."""
-    first, last = float(recording.time[0]), float(recording.time[-1])
+    first, last = float(recording.time.min()), float(recording.time.max())  # the clock may go back
     times = np.zeros(0) if recording.poses is None else recording.poses.time
     if len(times) and (times[0] > last + _CLOCK_TOLERANCE or times[-1] < first - _CLOCK_TOLERANCE):
         raise RecordingError(

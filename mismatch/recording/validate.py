@@ -8,6 +8,7 @@ import numpy as np
 
 from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.odometry import truck_travel
+from omnimate.vehicle.recording import check_distinct
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +22,7 @@ MIN_PRESENT = 0.5  # fraction of samples in which a channel, and of poses that w
 
 
 def check(recordings: Sequence[Recording]) -> None:
-    """Check that recordings are of one robot and on one clock.
+    """Check that recordings are of one robot and on one clock, and that each is there once.
 
     Raises:
         RecordingError: There are none, or they are not; it states what is wrong, in which recording, and what
@@ -53,6 +54,7 @@ def check(recordings: Sequence[Recording]) -> None:
         _check_channels(recording)
         _check_poses(recording)
         _check_laps(recording)
+    check_distinct(recordings)
 
 
 def _check_clock(recording: Recording) -> None:

@@ -1,5 +1,6 @@
 """Checks before every calibration: one robot, and no encoder that stands still."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Recording
 
@@ -36,6 +38,14 @@ def frozen(recording: Recording, channel: str, start: float = 0.0) -> Recording:
 def test_a_healthy_recording_has_no_frozen_channel(recording: Recording) -> None:
     """Joints and link move in squares, if only a little."""
     assert frozen_linkage(recording) == ()
+
+
+@pytest.mark.parametrize("use", [experiment_of_recordings, drives_of, calibrate_linkage])
+def test_a_drive_that_is_given_twice_is_refused(recording: Recording, use: Callable[..., object]) -> None:
+    """It would count double, and the intervals come out too narrow."""
+    again = replace(recording, source="copy")
+    with pytest.raises(RecordingError, match=r"copy: holds the same drive as .*; give each drive once"):
+        use([recording, again], **({"truck": "a"} if use is drives_of else {}))
 
 
 @pytest.mark.parametrize("channel", ["joint_a", "joint_b", "link"])

@@ -46,3 +46,9 @@ def test_a_row_that_could_not_be_finished_is_refused_with_its_number(row):
     with pytest.raises(ProgramError) as caught:
         Program("free", (rest(1.0), row), ())
     assert caught.value.row == 1
+
+
+@pytest.mark.parametrize("side", [0.0, -1.0, math.nan])
+def test_a_square_whose_side_is_not_above_zero_is_refused(side):
+    with pytest.raises(ProgramError, match="expected more than 0"):
+        Program("umbmark", (rest(1.0),), ("cw",), side)

@@ -30,6 +30,12 @@ def test_a_joint_begins_within_half_a_turn_and_goes_on_without_a_jump(recording)
     assert np.allclose(recording.joint_angle("joint_a"), [-quarter, 0, quarter, 2 * quarter])
 
 
+@pytest.mark.parametrize("read", ["is_present", "channel_counts", "wheel_angle", "joint_angle"])
+def test_a_channel_that_the_robot_does_not_have_is_named_with_those_that_it_has(recording, read):
+    with pytest.raises(RecordingError, match=r"no channel c.left; the robot has a.left, a.right"):
+        getattr(recording, read)("c.left")
+
+
 def test_nothing_in_it_can_be_overwritten(recording):
     with pytest.raises(ValueError, match="read-only"):
         recording.counts[0, 0] = 1

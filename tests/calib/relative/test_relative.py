@@ -119,7 +119,7 @@ def test_an_arc_is_named_by_the_side_of_its_middle_whichever_way_it_is_driven(le
 def test_motions_are_read_from_a_file(tmp_path):
     path = tmp_path / "relative.csv"
     lines = (",".join(COLUMNS), "0,1,0.5,0,0.1,0.003,0.003,0.002", "1,2,0.5,0,0.1,0.003,0.003,0.002")
-    path.write_text("\n".join(lines))
+    path.write_text("\n".join(lines), encoding="utf-8-sig")  # as spreadsheets write it
     motions = load_motions(path)
     assert motions.end.tolist() == [1.0, 2.0]
     assert motions.pose[1].tolist() == [0.5, 0.0, 0.1]

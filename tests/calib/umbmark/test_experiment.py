@@ -45,9 +45,9 @@ def test_every_method_improves(drive_squares) -> None:
 
 def test_one_recording_for_each_direction(drive_squares) -> None:
     """Several recordings of one robot are one experiment."""
-    recordings = [drive_squares(BELIEVED, ACTUAL, (direction,)) for direction in ("cw", "ccw", "cw")]
+    recordings = [drive_squares(BELIEVED, ACTUAL, (direction,)) for direction in ("cw", "ccw")]
     experiment = experiment_of_recordings(recordings)
-    assert (len(experiment.errors.cw), len(experiment.errors.ccw)) == (2, 1)
+    assert (len(experiment.errors.cw), len(experiment.errors.ccw)) == (1, 1)
 
 
 def test_swapped_laps_are_refused(drive_squares) -> None:

@@ -30,6 +30,12 @@ def read(tmp_path, content, name="can.log"):
     return read_log(path)
 
 
+@pytest.mark.parametrize("pack", [bytes, gzip.compress], ids=["plain", "gzipped"])
+def test_a_byte_order_mark_costs_no_frame(tmp_path, pack):
+    log = read(tmp_path, pack(b"\xef\xbb\xbf" + GOOD))
+    assert (len(log.frames), log.blocks.left_out) == (60, 0)
+
+
 times = st.integers(10**15, 4 * 10**15).map(lambda micros: micros / 1e6)
 frames = any_frames(CLASSICAL, error_directions=(0, SENT), times=times)
 logs = st.lists(frames, min_size=1, max_size=60)

@@ -23,6 +23,12 @@ def test_what_is_written_is_read_again_in_the_order_of_the_times(events, tmp_pat
     assert read_events(path) == tuple(sorted(events, key=lambda event: event.time))
 
 
+def test_a_byte_order_mark_is_no_part_of_the_first_event(tmp_path):
+    path = tmp_path / "events.jsonl"
+    path.write_text('{"time": 1, "node": null, "what": "bus-off"}\n', encoding="utf-8-sig")
+    assert read_events(path) == (RecordedEvent(1.0, None, "bus-off"),)
+
+
 @pytest.mark.parametrize(
     "line",
     [

@@ -76,6 +76,21 @@ def test_a_place_that_cannot_be_written_is_an_error(vehicle, tmp_path):
         save_recording(recording_of(vehicle), tmp_path / "file")
 
 
+@pytest.mark.parametrize("time", [-5.0, 2.0**33, np.nan])
+def test_a_time_that_no_log_holds_is_refused_and_the_folder_stays_as_it_is(vehicle, tmp_path, time):
+    before = recording_of(vehicle)
+    save_recording(before, tmp_path)
+    with pytest.raises(RecordingError, match="expected seconds since 1970"):
+        save_recording(recording_of(vehicle, time=before.time - START + time), tmp_path)
+    assert_equal(load_recording(tmp_path), before)
+
+
+def test_poses_whose_standard_deviation_is_zero_are_not_saved(vehicle, tmp_path):
+    exact = Poses(np.array([START]), np.array(["a"]), np.zeros((1, 3)), np.zeros((1, 3)))
+    with pytest.raises(RecordingError, match="expected a standard deviation above 0"):
+        save_recording(recording_of(vehicle, poses=exact), tmp_path / "drive")
+
+
 @settings(max_examples=25)
 @given(data=st.data())
 def test_any_drive_survives_the_bus(robot_toml, tmp_path, data):

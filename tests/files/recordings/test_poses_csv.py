@@ -61,7 +61,7 @@ numbers = st.one_of(st.just(np.nan), st.floats(-1e6, 1e6))
             numbers,
             numbers,
             st.one_of(st.just(np.nan), st.floats(-3.14, 3.14)),
-            st.floats(0, 1),
+            st.floats(0, 1, exclude_min=True),
         ),
         max_size=10,
     ).map(lambda rows: sorted(rows, key=lambda row: row[0]))

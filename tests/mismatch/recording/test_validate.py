@@ -45,6 +45,11 @@ def test_two_robots_are_refused(plain):
         diagnose([plain, other])
 
 
+def test_a_drive_that_is_given_twice_is_refused(plain):
+    with pytest.raises(RecordingError, match="copy: holds the same drive"):
+        diagnose([plain, replace(plain, source="copy")])
+
+
 def test_a_missing_channel_is_named_with_its_node(plain):
     present = plain.present.copy()
     present[:, plain.vehicle.channels.index("joint_b")] = False
