@@ -41,6 +41,7 @@ MAX_PROBLEMS = 20  # of a log that are kept
 MAX_PROBLEM_LENGTH = 300  # characters
 READ_TIMEOUT = 120.0  # [s]; 5 million frames take 4 s
 CHECK_PERIOD = 5.0  # [s]: whoever may ask whether the service is ready must not keep the disk busy
+CHECK_WAIT = 1.0  # [s] for the database's lock: what asks whether the service is ready waits a few seconds
 CHECK_SIZE = 4096  # [bytes], a block of most file systems
 T = TypeVar("T")
 
@@ -149,13 +150,13 @@ class RecordingStore:
         if time.monotonic() < self._checked + CHECK_PERIOD:
             return
         probe = secrets.token_hex(8)
-        with self._database.writing() as db:
+        with self._database.writing(CHECK_WAIT) as db:
             db.add(RecordingFileRow(id=probe, created=time.time()))
         try:
             self._files.write(f"{probe}.zip", bytes(CHECK_SIZE))
             self.delete(probe)
         finally:
-            with self._database.writing() as db:
+            with self._database.writing(CHECK_WAIT) as db:
                 db.execute(delete(RecordingFileRow).where(RecordingFileRow.id == probe))
         self._checked = time.monotonic()
 
