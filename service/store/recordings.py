@@ -239,8 +239,8 @@ def read_in_process(
 
 def find_unreadable(
     root: Path, folders: Sequence[str], memory: int = MEMORY_LIMIT, timeout: float = READ_TIMEOUT
-) -> list[str]:
-    """Return why recordings in folders of `root` cannot be read, in words, for each of them.
+) -> dict[str, str]:
+    """Return which recordings in folders of `root` cannot be read, and why, in words.
 
     One other process reads them all, one after the other, each within the timeout [s].
 
@@ -259,7 +259,7 @@ def find_unreadable(
     with running("recording", _read_all, str(root), folders, memory=memory, niceness=0) as process:
         outcome = process.outcome(go_on)
     if outcome is not None and "unreadable" in outcome:
-        return cast("list[str]", outcome["unreadable"])
+        return cast("dict[str, str]", outcome["unreadable"])
     if outcome is None:
         why = f"this recording was not read within {timeout:g} s"
     elif "died" in outcome:
@@ -295,11 +295,11 @@ def _read(
 def _read_all(
     report_progress: Callable[[float, str], None], root: str, folders: Sequence[str]
 ) -> dict[str, Any]:
-    unreadable = []
+    unreadable = {}
     for number, folder in enumerate(folders):
         report_progress(number / len(folders), folder)
         try:
             read_relative(root, folder, folder)
         except OmnimateError as error:
-            unreadable.append(str(error))
+            unreadable[folder] = str(error)
     return {"unreadable": unreadable}
