@@ -48,6 +48,8 @@ ConfigFile = Annotated[
         envvar="OMNIMATE_CONFIG",
         is_eager=True,
         callback=_read_defaults,
+        exists=True,
+        dir_okay=False,
         help="TOML file with these options; the environment and the call override it.",
     ),
 ]

@@ -48,7 +48,12 @@ def serve(
     ] = None,
     vehicle: Annotated[
         Path | None,
-        typer.Option(envvar="OMNIMATE_VEHICLE", help="vehicle.toml of the robot; else the reference robot."),
+        typer.Option(
+            envvar="OMNIMATE_VEHICLE",
+            help="vehicle.toml of the robot; else the reference robot.",
+            exists=True,
+            dir_okay=False,
+        ),
     ] = None,
     database: Database = DATABASE,
     host: Annotated[
@@ -97,7 +102,10 @@ def serve(
     factsheet: Annotated[
         Path | None,
         typer.Option(
-            envvar="OMNIMATE_FACTSHEET", help="The robot's VDA 5050 factsheet (JSON), which --mqtt needs."
+            envvar="OMNIMATE_FACTSHEET",
+            help="The robot's VDA 5050 factsheet (JSON), which --mqtt needs.",
+            exists=True,
+            dir_okay=False,
         ),
     ] = None,
     flight_recorder: Annotated[

@@ -166,7 +166,7 @@ class Errors(TypedDict):
 
 
 class Failure(TypedDict):
-    """A recording that a batch could not process."""
+    """A recording that cannot be read or processed."""
 
     robot: str
     day: str
@@ -663,11 +663,17 @@ class TruckSizes(TypedDict):
 
 
 class Upload(TypedDict):
-    """The content of an upload."""
+    """What of an upload was stored, and what was not.
+
+    Attributes:
+        recordings: Recordings that were stored.
+        refused: Recordings that cannot be read; they were not stored.
+    """
 
     recordings: int
     robots: list[str]
     days: list[str]
+    refused: list[Failure]
 
 
 class Vehicle(TypedDict):

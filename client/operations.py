@@ -540,6 +540,8 @@ class FleetsOperations:
 
         What is there already is replaced.
 
+        Recordings that cannot be read are named in `refused`, and the others are stored.
+
         Args:
             fleet: The name of the fleet.
             idempotency_key: A text of the client's choice. A request that is repeated with the same key is

@@ -59,12 +59,22 @@ class Fleet(BaseModel):
     places: int = Field(description="Bad places of all floors in it.")
 
 
-class Upload(BaseModel):
-    """The content of an upload."""
+class Failure(BaseModel):
+    """A recording that cannot be read or processed."""
 
-    recordings: int
+    robot: str
+    day: str
+    recording: str
+    problem: str
+
+
+class Upload(BaseModel):
+    """What of an upload was stored, and what was not."""
+
+    recordings: int = Field(description="Recordings that were stored.")
     robots: list[str]
     days: list[str]
+    refused: list[Failure] = Field(description="Recordings that cannot be read; they were not stored.")
 
 
 class BatchStart(ExactModel):
@@ -73,15 +83,6 @@ class BatchStart(ExactModel):
     day: Day | None = Field(None, description="Only recordings of this date; all by default.")
     diagnose: bool = Field(True, description="Whether whole diagnoses are made where triage asks for them.")
     priority: Annotated[int, Field(ge=-10, le=10, description="Higher ones first.")] = 0
-
-
-class Failure(BaseModel):
-    """A recording that a batch could not process."""
-
-    robot: str
-    day: str
-    recording: str
-    problem: str
 
 
 class Batch(RowModel):

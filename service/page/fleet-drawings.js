@@ -1,7 +1,7 @@
 // The floor of a fleet with its bad places, and a robot's number day by day.
 
 import { svg } from "./dom.js";
-import { NAMES, NORMAL, placeSays, shownIn } from "./fleet-words.js";
+import { NORMAL, numberName, placeSays, shownIn } from "./fleet-words.js";
 import { t } from "./language.js";
 import { mm, niceStep, number } from "./units.js";
 
@@ -70,7 +70,7 @@ export function historyPlot({ name, unit, days, value, sigma }, since) {
   const pad = 0.06 * (high - low || 1);
   const { width, height, left, right, top, bottom } = BOX;
   const at = (time, y) => [left + ((time - first + 0.5) / (last - first + 1)) * (width - left - right), top + ((high + pad - y) / (high - low + 2 * pad)) * (height - top - bottom)];
-  const label = t("{name} [{unit}] of {days} days, last {value} {unit}", { name: NAMES[name] ?? name, unit: word, days: days.length, value: number(points.at(-1)[1], 3) }) + (since ? t(", changed since {day}", { day: since }) : "");
+  const label = t("{name} [{unit}] of {days} days, last {value} {unit}", { name: numberName(name), unit: word, days: days.length, value: number(points.at(-1)[1], 3) }) + (since ? t(", changed since {day}", { day: since }) : "");
   return svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label, "data-testid": `history-${name.replaceAll(" ", "-")}` },
     ticks(low - pad, high + pad).map((tick) => {
       const [, y] = at(first, tick);

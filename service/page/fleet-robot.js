@@ -5,7 +5,7 @@ import { VERDICTS } from "./diagnoses.js";
 import { $, attempt, el, pages, row, say, show } from "./dom.js";
 import { address, STATES } from "./fleet.js";
 import { historyPlot } from "./fleet-drawings.js";
-import { NAMES, robotSays } from "./fleet-words.js";
+import { numberName, robotSays } from "./fleet-words.js";
 import { t } from "./language.js";
 import { showReport } from "./report-dialog.js";
 import { number } from "./units.js";
@@ -32,7 +32,7 @@ export async function openFleetRobot(fleet, robot) {
     $("fleet-robot-state").className = `chip ${about.state}`;
     $("fleet-robot-says").textContent = robotSays(about) || (about.kind ?? "");
     const since = about.state === "fine" ? null : about.change;
-    $("fleet-history").replaceChildren(...courses.map((course) => el("figure", {}, historyPlot(course, since?.name === course.name ? since.since : null), el("figcaption", {}, NAMES[course.name] ?? course.name))));
+    $("fleet-history").replaceChildren(...courses.map((course) => el("figure", {}, historyPlot(course, since?.name === course.name ? since.since : null), el("figcaption", {}, numberName(course.name)))));
     if (!courses.length) $("fleet-history").replaceChildren(el("p", { class: "soft" }, t("No daily report judges this robot yet.")));
     await pages(address(fleet, "robots", robot, "recordings"), 20, $("fleet-recordings"), recordingRow, $("no-fleet-recordings"), $("more-fleet-recordings"));
   } catch (problem) {

@@ -12,6 +12,7 @@ import { setUpUpload } from "./upload.js";
 
 export const STATES = { sick: t("faulty"), drift: t("drift"), fine: t("fine"), unjudged: t("not judged") };
 const MOST = 2000; // robots of a page
+const SHOWN_REFUSED = 20; // recordings of an upload
 let fleet = null;
 
 export const address = (name, ...more) => ["/v1/fleets", ...[name, ...more].map(encodeURIComponent)].join("/");
@@ -115,9 +116,12 @@ function failedItem({ robot, recording, problem }) {
 
 async function upload(file) {
   const answer = await call("POST", address(fleet, "recordings"), { body: file, type: "application/zip" });
-  const { recordings, robots, days } = await answer.json();
+  const { recordings, robots, days, refused } = await answer.json();
   const robotsCount = robots.length === 1 ? t("1 robot") : t("{count} robots", { count: robots.length });
-  return t("{recordings} of {robots} stored: {days}.", { recordings: recordingsCount(recordings), robots: robotsCount, days: days.join(", ") });
+  const stored = t("{recordings} of {robots} stored: {days}.", { recordings: recordingsCount(recordings), robots: robotsCount, days: days.join(", ") });
+  if (!refused.length) return stored;
+  const problems = refused.slice(0, SHOWN_REFUSED).map(({ problem }) => problem).join("; ") + (refused.length > SHOWN_REFUSED ? " …" : "");
+  throw new Error(`${stored} ${t("{recordings} not readable and not stored: {problems}", { recordings: recordingsCount(refused.length), problems })}`);
 }
 
 async function listBatches() {

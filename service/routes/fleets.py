@@ -77,7 +77,10 @@ def get_fleet(fleet: FleetName, call: Reading) -> Fleet:
     openapi_extra={"requestBody": {"required": True, "content": {"application/zip": BINARY}}},
 )
 def upload_day(fleet: FleetName, call: Operating, content: Zip) -> Response:
-    """Upload a zip of folders robot=NAME/day=YYYY-MM-DD/RECORDING/. What is there already is replaced."""
+    """Upload a zip of folders robot=NAME/day=YYYY-MM-DD/RECORDING/. What is there already is replaced.
+
+    Recordings that cannot be read are named in `refused`, and the others are stored.
+    """
 
     def store() -> Upload:
         with call.components.database.reading() as db:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from alembic.config import Config
 from alembic.util import CommandError
 from sqlalchemy import create_engine, event, make_url, text
 from sqlalchemy.exc import ArgumentError, DBAPIError, DisconnectionError
+from sqlalchemy.exc import TimeoutError as LockTimeout
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import QueuePool
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from sqlalchemy.pool import ConnectionPoolEntry
 
 MIGRATIONS = Path(__file__).with_name("migrations")
-BUSY_TIMEOUT = 10.0  # [s] for another process to finish its write
+BUSY_TIMEOUT = 10.0  # [s] for other threads and processes to finish their writes
 POOLED = 20  # connections that stay open
 CACHE = 2000 // POOLED  # [KiB] of pages in each; 2000 are SQLite's default for one (PRAGMA cache_size)
 IDLE_TIME = 1.0  # [s] after which a connection is tested before it is used
@@ -59,10 +60,10 @@ class Database:
         file = self.engine.url.database or ""
         if existing and sqlite and not file.startswith("file:") and not Path(file).is_file():
             raise DatabaseError(shown, "there is no such file")
-        self._write_lock = threading.Lock() if sqlite else nullcontext()
+        self._write_lock = threading.Lock() if sqlite else None
         self._reader = self.engine if sqlite else self.engine.execution_options(isolation_level="AUTOCOMMIT")
         try:
-            with self.engine.execution_options(immediate=True).begin() as connection:
+            with self.engine.execution_options(immediate=BUSY_TIMEOUT).begin() as connection:
                 _migrate(connection)
         except DBAPIError as error:  # also of a file that is no database
             raise DatabaseError(shown, f"cannot be opened: {error.orig}") from error
@@ -78,14 +79,30 @@ class Database:
         return Session(self._reader)
 
     @contextmanager
-    def writing(self) -> Iterator[Session]:
-        """Yield a session whose changes are all committed durably at the end, or none of them."""
-        with (
-            self._write_lock,
-            Session(self.engine.execution_options(immediate=True)) as session,
-            session.begin(),
-        ):
-            yield session
+    def writing(self, timeout: float = BUSY_TIMEOUT) -> Iterator[Session]:
+        """Yield a session whose changes are all committed durably at the end, or none of them.
+
+        With SQLite, SQLAlchemyError where others write for longer than the timeout [s]: threads of this
+        process and other processes together, so that calls do not wait for each other's timeouts.
+        """
+        end = time.monotonic() + timeout
+        with self._turn_to_write(timeout):
+            left = max(0.0, end - time.monotonic())
+            with Session(self.engine.execution_options(immediate=left)) as session, session.begin():
+                yield session
+
+    @contextmanager
+    def _turn_to_write(self, timeout: float) -> Iterator[None]:
+        """Hold the lock under which one thread at a time writes to SQLite."""
+        if self._write_lock is None:
+            yield
+            return
+        if not self._write_lock.acquire(timeout=timeout):
+            raise LockTimeout(f"other calls have written to the database for {timeout:g} s")
+        try:
+            yield
+        finally:
+            self._write_lock.release()
 
     def check(self) -> None:
         """Check that the database answers; SQLAlchemyError where it does not."""
@@ -156,9 +173,24 @@ def _on_checkout(connection: Any, record: ConnectionPoolEntry, _proxy: object) -
 
 
 def _on_begin(connection: Connection) -> None:
-    """Begin; a writer takes the lock at once, so that it never has to give up in the middle."""
-    immediate = connection.get_execution_options().get("immediate", False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if immediate else "BEGIN")
+    """Begin; a writer takes the lock at once, so that it never has to give up in the middle.
+
+    It waits for the lock for the seconds that the option `immediate` has.
+    """
+    wait = connection.get_execution_options().get("immediate")
+    if wait is None:
+        connection.exec_driver_sql("BEGIN")
+        return
+    _set_busy_timeout(connection, wait)
+    try:
+        connection.exec_driver_sql("BEGIN IMMEDIATE")
+    finally:
+        _set_busy_timeout(connection, BUSY_TIMEOUT)
+
+
+def _set_busy_timeout(connection: Connection, seconds: float) -> None:
+    """Set how long a connection of SQLite waits for the locks of others."""
+    connection.exec_driver_sql(f"PRAGMA busy_timeout={int(1000 * seconds)}").close()
 
 
 def _migrate(connection: Connection) -> None:

@@ -41,6 +41,7 @@ MAX_PROBLEMS = 20  # of a log that are kept
 MAX_PROBLEM_LENGTH = 300  # characters
 READ_TIMEOUT = 120.0  # [s]; 5 million frames take 4 s
 CHECK_PERIOD = 5.0  # [s]: whoever may ask whether the service is ready must not keep the disk busy
+CHECK_WAIT = 1.0  # [s] for the database's lock: what asks whether the service is ready waits a few seconds
 CHECK_SIZE = 4096  # [bytes], a block of most file systems
 T = TypeVar("T")
 
@@ -149,13 +150,13 @@ class RecordingStore:
         if time.monotonic() < self._checked + CHECK_PERIOD:
             return
         probe = secrets.token_hex(8)
-        with self._database.writing() as db:
+        with self._database.writing(CHECK_WAIT) as db:
             db.add(RecordingFileRow(id=probe, created=time.time()))
         try:
             self._files.write(f"{probe}.zip", bytes(CHECK_SIZE))
             self.delete(probe)
         finally:
-            with self._database.writing() as db:
+            with self._database.writing(CHECK_WAIT) as db:
                 db.execute(delete(RecordingFileRow).where(RecordingFileRow.id == probe))
         self._checked = time.monotonic()
 
@@ -238,8 +239,8 @@ def read_in_process(
 
 def find_unreadable(
     root: Path, folders: Sequence[str], memory: int = MEMORY_LIMIT, timeout: float = READ_TIMEOUT
-) -> list[str]:
-    """Return why recordings in folders of `root` cannot be read, in words, for each of them.
+) -> dict[str, str]:
+    """Return which recordings in folders of `root` cannot be read, and why, in words.
 
     One other process reads them all, one after the other, each within the timeout [s].
 
@@ -258,7 +259,7 @@ def find_unreadable(
     with running("recording", _read_all, str(root), folders, memory=memory, niceness=0) as process:
         outcome = process.outcome(go_on)
     if outcome is not None and "unreadable" in outcome:
-        return cast("list[str]", outcome["unreadable"])
+        return cast("dict[str, str]", outcome["unreadable"])
     if outcome is None:
         why = f"this recording was not read within {timeout:g} s"
     elif "died" in outcome:
@@ -294,11 +295,11 @@ def _read(
 def _read_all(
     report_progress: Callable[[float, str], None], root: str, folders: Sequence[str]
 ) -> dict[str, Any]:
-    unreadable = []
+    unreadable = {}
     for number, folder in enumerate(folders):
         report_progress(number / len(folders), folder)
         try:
             read_relative(root, folder, folder)
         except OmnimateError as error:
-            unreadable.append(str(error))
+            unreadable[folder] = str(error)
     return {"unreadable": unreadable}

@@ -88,6 +88,8 @@ def settings_of(omnimate, monkeypatch):
 
 
 def test_the_call_is_stronger_than_the_environment_and_that_than_the_file(settings_of, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("sheet.json").write_text("{}")
     file = tmp_path / "serve.toml"
     file.write_text(
         'host = "127.0.0.2"\nport = 1\nrate = 5\nfactsheet = "sheet.json"\nflight-recorder = "flights"\n'
@@ -118,9 +120,19 @@ def test_every_option_has_its_variable():
         ('log-format = "xml"', "log-format: 'xml'; "),
         ('host = ["127.0.0.1"]', "host: ['127.0.0.1']; expected text or a number"),
         ("host", "(syntax): not TOML"),
+        ('vehicle = "nowhere.toml"', "vehicle: 'nowhere.toml'; "),
     ],
 )
 def test_a_file_with_a_mistake_is_refused_and_the_key_is_named(refused, tmp_path, text, problem):
     file = tmp_path / "serve.toml"
     file.write_text(text)
     assert f"error: {file}: {problem}" in refused("serve", "--config", file, out="")
+
+
+@pytest.mark.parametrize("option", ["--vehicle", "--factsheet", "--config"])
+def test_a_file_that_is_not_there_is_a_mistake_of_the_call(option, omnimate, tmp_path, monkeypatch):
+    """Nothing is loaded or made before that."""
+    monkeypatch.chdir(tmp_path)
+    result = omnimate("serve", option, "nowhere.toml")
+    assert (result.code, "nowhere.toml" in result.err) == (2, True)
+    assert list(tmp_path.iterdir()) == []

@@ -62,7 +62,7 @@ def daily_report(day=DATES[-1], names=None, places=None):
     bad = (place("loss", 16.0, 12.1), place("creep", 30.2, 7.0)) if places is None else places
     return DailyReport(
         day, 40, (("tug-0001", "060000", "can.log: no SYNC in it"),), changes, faulty,
-        (RepeatedMismatch(ASKED, "backlash", "a.left", DATES[26]),), bad, (FloorSummary("", 280, 6e-4),),
+        (RepeatedMismatch(ASKED, "gear_backlash", "a.left", DATES[26]),), bad, (FloorSummary("", 280, 6e-4),),
         tuple(history(robot, chance) for robot in names or robots()), {"": driven()},
     )  # fmt: skip
 

@@ -1,6 +1,9 @@
 """The database: its migrations make the tables that the code means, on both kinds."""
 
-from contextlib import ExitStack
+import sqlite3
+import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, closing
 
 import pytest
 import sqlalchemy
@@ -8,9 +11,9 @@ from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.config import Config
 from alembic.migration import MigrationContext
-from sqlalchemy.exc import IntegrityError
+from sqlalchemy.exc import IntegrityError, SQLAlchemyError
 
-from omnimate.service.store.database import MIGRATIONS, Database, DatabaseError
+from omnimate.service.store.database import BUSY_TIMEOUT, MIGRATIONS, Database, DatabaseError
 from omnimate.service.store.tables import Base, DeliveryRow, KeyRow, WebhookRow
 
 
@@ -188,3 +191,25 @@ def test_all_open_connections_together_cache_no_more_pages_than_one_does_by_defa
         sizes = [-connection.scalar(size) for connection in connections]
     with sqlalchemy.create_engine("sqlite://").connect() as default:
         assert 0 < sum(sizes) <= -default.scalar(size)
+
+
+def test_calls_that_wait_for_a_locked_database_do_not_wait_one_after_the_other(database):
+    timeout, callers = 0.2, 8
+
+    def refused(_number):
+        """Return how long a write waited [s] before it was refused."""
+        start = time.monotonic()
+        with pytest.raises(SQLAlchemyError), database.writing(timeout) as db:
+            db.execute(sqlalchemy.text("select 1"))
+        return time.monotonic() - start
+
+    with closing(sqlite3.connect(database.engine.url.database, isolation_level=None)) as other:
+        other.execute("begin immediate")
+        alone = refused(0)
+        with ThreadPoolExecutor(callers) as threads:
+            together = max(threads.map(refused, range(callers)))
+        other.execute("rollback")
+    assert alone >= timeout
+    assert together < callers / 2 * alone
+    with database.writing() as db:
+        assert db.scalar(sqlalchemy.text("PRAGMA busy_timeout")) == 1000 * BUSY_TIMEOUT

@@ -206,22 +206,48 @@ def test_names_of_64_characters_are_stored(tmp_path, recording_files):
     assert len(files.glob(f"{where}/*")) == len(recording_files)
 
 
-def test_recordings_that_cannot_be_read_are_all_named_on_arrival_and_nothing_is_stored(
+def test_recordings_that_cannot_be_read_are_named_on_arrival_and_the_others_are_stored(
     client, hall, recording_files
 ):
     """A batch would name them in the night only, when nobody can send them again."""
     one, other, third = (f"robot={name}/day=2026-03-02/x" for name in "abc")
+    files = client.components.stores.recordings_of("hall-3")
     broken = {
         one: recording_files,
         other: recording_files | {"vehicle.toml": b"garbage ["},
         third: recording_files | {"can.log": b"garbage", "can.log.gz": b""},
     }
+    assert client.post(
+        f"{hall}/recordings", content=zip_of({third: recording_files}), headers=ZIP
+    ).json() == {"recordings": 1, "robots": ["c"], "days": ["2026-03-02"], "refused": []}
+    before = files.read(f"{third}/can.log")
+    answer = client.post(f"{hall}/recordings", content=zip_of(broken), headers=ZIP)
+    assert answer.status_code == 201
+    upload = answer.json()
+    refused = upload.pop("refused")
+    assert upload == {"recordings": 1, "robots": ["a"], "days": ["2026-03-02"]}
+    assert [(row["robot"], row["day"], row["recording"]) for row in refused] == [
+        ("b", "2026-03-02", "x"),
+        ("c", "2026-03-02", "x"),
+    ]
+    assert f"{other}/vehicle.toml: " in refused[0]["problem"]
+    assert f"{third}/can.log" in refused[1]["problem"]
+    assert files.glob("robot=*") == ["robot=a", "robot=c"]
+    assert files.read(f"{third}/can.log") == before
+    assert {path.rpartition("/")[2] for path in files.glob(f"{one}/*")} == recording_files.keys()
+    for stored in ("a", "c"):
+        client.delete(f"{hall}/recordings/{stored}/2026-03-02/x").raise_for_status()
+
+
+def test_an_upload_of_which_nothing_can_be_read_is_refused(client, hall, recording_files):
+    broken = {f"robot={name}/day=2026-03-02/x": recording_files | {"can.log": b"garbage"} for name in "ab"}
     answer = client.post(f"{hall}/recordings", content=zip_of(broken), headers=ZIP)
     assert answer.status_code == 422
     detail = answer.json()["detail"]
-    assert detail.startswith("zip: 2 of 3 recordings cannot be read, and none was stored;")
-    assert f"{other}/vehicle.toml: " in detail
-    assert f"{third}/can.log" in detail
+    assert detail.startswith(
+        "zip: none of 2 recordings can be read, and none was stored; mend them: robot=a/"
+    )
+    assert "robot=b/day=2026-03-02/x/can.log" in detail
     assert client.components.stores.recordings_of("hall-3").glob("robot=*") == []
 
 

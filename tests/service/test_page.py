@@ -526,7 +526,7 @@ def test_findings_are_in_the_pages_language_and_those_of_one_floor_are_chosen(br
             timeout=SOON,
         )
         expect(asked).to_contain_text(
-            "die Triage verlangt seit 2026-03-28 dieselbe Diagnose: backlash von a.left"
+            "die Triage verlangt seit 2026-03-28 dieselbe Diagnose: Getriebespiel, linkes Rad von Wagen a"
         )
         expect(page.locator("#fleet-places")).to_have_text(
             "Boden north, bei x 16,00 m, y 12,10 m: Schlupf, 23,6 mm je Überfahrt, 62 Überfahrten"

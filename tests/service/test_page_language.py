@@ -8,6 +8,8 @@ from string import Formatter
 
 import pytest
 
+from omnimate.effects import EFFECTS
+
 PAGE = Path(__file__).parents[2] / "service/page"
 GERMAN = json.loads((PAGE / "german.json").read_text(encoding="utf-8"))
 SCRIPTS = sorted(PAGE.glob("*.js"))
@@ -70,3 +72,9 @@ def test_a_german_text_has_the_values_of_the_english_one():
     assert [
         (english, german) for english, german in GERMAN.items() if values(english) != values(german)
     ] == []
+
+
+def test_every_effect_and_every_component_has_a_german_name():
+    components = {component for effect in EFFECTS for component in effect.components}
+    names = {effect.name for effect in EFFECTS} | components
+    assert {name for name in names if GERMAN.get(name, name) == name} == set()

@@ -2,6 +2,7 @@
 
 import sqlite3
 import time
+from contextlib import closing
 
 import pytest
 from alembic import command
@@ -10,7 +11,7 @@ from sqlalchemy import create_engine, text
 
 from omnimate.service.errors import NotFoundError
 from omnimate.service.store.database import MIGRATIONS, Database
-from omnimate.service.store.recordings import DAY, RecordingStore, summarize
+from omnimate.service.store.recordings import CHECK_WAIT, DAY, RecordingStore, summarize
 from omnimate.service.store.tables import RecordingContentRow, RecordingFileRow, RecordingRow
 
 LIMIT = 1_000_000
@@ -128,6 +129,24 @@ def test_a_service_that_could_store_no_recording_is_not_ready_until_it_can(
             db.execute(text("drop trigger full"))
         assert client.get("/readyz").status_code == 200
         assert list(folder.iterdir()) == []
+
+
+def test_a_service_whose_database_another_program_locks_says_so_before_the_caller_gives_up(
+    serving, database, tmp_path, monkeypatch
+):
+    assert CHECK_WAIT <= 1.0
+    monkeypatch.setattr("omnimate.service.store.recordings.CHECK_PERIOD", 0.0)
+    monkeypatch.setattr("omnimate.service.store.recordings.CHECK_WAIT", 0.0)
+    with (
+        serving(str(database.engine.url), fleets=str(tmp_path / "files")) as client,
+        closing(sqlite3.connect(database.engine.url.database, isolation_level=None)) as other,
+    ):
+        other.execute("begin immediate")
+        answer = client.get("/readyz")
+        assert (answer.status_code, "another program may lock it" in answer.json()["detail"]) == (503, True)
+        other.execute("rollback")
+        monkeypatch.setattr("omnimate.service.store.recordings.CHECK_WAIT", 10.0)
+        assert client.get("/readyz").status_code == 200
 
 
 def test_a_check_that_succeeded_is_not_repeated_at_once(database, tmp_path):
