@@ -85,24 +85,26 @@ def plot_errors(names: Sequence[str], columns: Mapping[str, Sequence[float]], pa
         axes.set_xlim(left=0.0)
 
 
-def plot_recovery(found: Mapping[str, Mapping[str, Sequence[float]]], wanted: float, path: Path) -> None:
+def plot_recovery(recoveries: Mapping[str, Mapping[str, Sequence[float]]], wanted: float, path: Path) -> None:
     """Draw shares that are recovered, a row for each effect, up to three methods next to each other."""
-    methods = list(next(iter(found.values())))
-    rows = np.arange(len(found))[::-1]
+    methods = list(next(iter(recoveries.values())))
+    rows = np.arange(len(recoveries))[::-1]
     marks = (VERMILLION, "o"), (BLUE, "s"), (ORANGE, "^")
-    with framed(path, (7.4, 0.34 * len(found) + 1.6), 3) as figure:
+    with framed(path, (7.4, 0.34 * len(recoveries) + 1.6), 3) as figure:
         axes = figure.subplots()
         axes.axvline(wanted, color=GREY, linestyle="--", linewidth=1.0)
         for number, (method, (color, marker)) in enumerate(zip(methods, marks, strict=False)):
             at = [
                 row + 0.22 * (1 - number)
-                for row, own in zip(rows, found.values(), strict=True)
-                for _ in own[method]
+                for row, by_method in zip(rows, recoveries.values(), strict=True)
+                for _ in by_method[method]
             ]
-            values = [max(value, LEAST_SHARE) for own in found.values() for value in own[method]]
+            values = [
+                max(value, LEAST_SHARE) for by_method in recoveries.values() for value in by_method[method]
+            ]
             axes.plot(values, at, marker, color=color, label=method, markersize=5, alpha=0.8)
-        axes.set_ylim(-0.6, len(found) - 0.4)
-        axes.set_yticks(rows, [name.replace("_", " ") for name in found])
+        axes.set_ylim(-0.6, len(recoveries) - 0.4)
+        axes.set_yticks(rows, [name.replace("_", " ") for name in recoveries])
         axes.set(
             xlabel="share of the effect's gain that is recovered on an unseen drive",
             xlim=(LEAST_SHARE - 0.05, 1.1),
@@ -117,15 +119,18 @@ def plot_reliability(panels: Mapping[str, Sequence[Bin]], path: Path) -> None:
         grid = figure.subplots(count, columns, sharex=True, sharey=True, squeeze=False)
         for axes, (title, bins) in zip(grid.flat, panels.items(), strict=False):
             axes.plot([0.0, 1.0], [0.0, 1.0], "--", color=GREY, linewidth=1.0)
-            said, share = np.array([each.said for each in bins]), np.array([each.share for each in bins])
-            ends = np.array([each.interval for each in bins]).reshape(-1, 2)
+            said, share = (
+                np.array([interval_bin.said for interval_bin in bins]),
+                np.array([interval_bin.share for interval_bin in bins]),
+            )
+            ends = np.array([interval_bin.interval for interval_bin in bins]).reshape(-1, 2)
             reach = np.abs(ends.T - share)
             axes.errorbar(said, share, reach, fmt="o-", color=BLUE, markersize=4, linewidth=1.0, capsize=2)
-            for each in bins:
+            for interval_bin in bins:
                 axes.annotate(
-                    str(each.of),
-                    (each.said, each.share),
-                    (4, -9 if each.share > 0.5 else 4),
+                    str(interval_bin.of),
+                    (interval_bin.said, interval_bin.share),
+                    (4, -9 if interval_bin.share > 0.5 else 4),
                     textcoords="offset points",
                     fontsize=7,
                 )

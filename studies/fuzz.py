@@ -254,12 +254,12 @@ class Search:
             self.finished(self)
 
 
-def report(name: str, search: Search, seconds: float, found: Path) -> str:
+def report(name: str, search: Search, seconds: float, folder: Path) -> str:
     """Write what was found; return a line of a table."""
     for number, (_, data) in enumerate(search.hangs):
-        _keep(found / f"{name}-hang-{number}", data)
+        _keep(folder / f"{name}-hang-{number}", data)
     for place, data in search.crashes.items():
-        _keep(found / f"{name}-{re.sub(r'[^A-Za-z0-9_.]', '-', place)}", data)
+        _keep(folder / f"{name}-{re.sub(r'[^A-Za-z0-9_.]', '-', place)}", data)
     return (
         f"{name:10s} {search.count:9d} inputs, {search.accepted} read, {len(search.crashes)} crashes, "
         f"{len(search.hangs)} hangs, memory {resident() - search.memory:+.1f} MB, {seconds:.0f} s"
@@ -281,7 +281,7 @@ def compiled_modules() -> list[str]:
     return [f"omnimate.{name.removesuffix('.py').replace('/', '.')}" for name in names]
 
 
-def search(name: str, inputs: int, longest: int, seed: int, found: Path) -> None:
+def search(name: str, inputs: int, longest: int, seed: int, folder: Path) -> None:
     """Search with one parser, print what was found, and end this process."""
     import atheris
 
@@ -291,7 +291,7 @@ def search(name: str, inputs: int, longest: int, seed: int, found: Path) -> None
     began = time.monotonic()
 
     def finish(search: Search) -> None:
-        print(report(name, search, time.monotonic() - began, found), flush=True)
+        print(report(name, search, time.monotonic() - began, folder), flush=True)
         shutil.rmtree(place)
         os._exit(bool(search.crashes or search.hangs))  # libFuzzer has no end from which it returns
 

@@ -91,8 +91,8 @@ def with_docks(recording: Recording, mean: Kinematics, between: Array) -> Kinema
 
 def fitted_to(data: DriveSet, kinematics: Kinematics) -> Kinematics:
     """Return the kinematics that come closest to all poses of a set."""
-    found = least_squares(partial(away, data, kinematics), np.zeros(len(kinematics.coordinates)))
-    return kinematics.corrected(found.x)
+    optimum = least_squares(partial(away, data, kinematics), np.zeros(len(kinematics.coordinates)))
+    return kinematics.corrected(optimum.x)
 
 
 def words_of(kinematics: Kinematics) -> str:
@@ -146,8 +146,8 @@ def main() -> int:
         print(f"with the free drive's own docks besides, which are not held out: {words_of(after)}")
         print(f"  {data.name} {1e3 * score(data, after).rms:.1f} mm rms")
     for data in free:
-        own = fitted_to(data, nominal)
-        print(f"{data.name} itself: {words_of(own)}; {1e3 * score(data, own).rms:.1f} mm rms")
+        by_docks = fitted_to(data, nominal)
+        print(f"{data.name} itself: {words_of(by_docks)}; {1e3 * score(data, by_docks).rms:.1f} mm rms")
     print("docks of single sets alone, and their error on the free drives:")
     for name, calibration in alone.items():
         errors = ", ".join(f"{1e3 * score(other, calibration.kinematics).rms:.1f}" for other in free)

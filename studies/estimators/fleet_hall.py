@@ -200,11 +200,11 @@ def outcome(
     }
     false, waits, named, unseen = [], {}, {}, {}
     for robot in hall.robots:
-        name, found = robot.vehicle.name, first[robot.vehicle.name]
-        change = None if found is None else next(c for c in reports[found] if c.robot == name)
+        name, day_found = robot.vehicle.name, first[robot.vehicle.name]
+        change = None if day_found is None else next(c for c in reports[day_found] if c.robot == name)
         fault = robot.faults[0] if robot.faults else None
-        if found is not None and change is not None and (fault is None or found < fault.day):
-            false.append((found, change))
+        if day_found is not None and change is not None and (fault is None or day_found < fault.day):
+            false.append((day_found, change))
         elif fault is not None and fault.kind not in SEEN:
             unseen[f"{name} {fault.kind}"] = change is not None
         elif fault is not None:
@@ -212,7 +212,7 @@ def outcome(
             sigma = nominal[name_kind(robot.vehicle)].sigma[number]
             strong = [day for day in reports if abs(fault.at(day)) >= SIGMAS * sigma]
             if strong and strong[0] + SOON <= max(reports):
-                waits[name] = None if found is None else max(0, found - strong[0])
+                waits[name] = None if day_found is None else max(0, day_found - strong[0])
                 if change is not None:
                     named[name] = change.name == (*PARAMETERS, *JOINT_NUMBERS)[number]
     far = distances.min(axis=0) >= SAME if len(places) else np.ones(len(hall.places), bool)

@@ -107,7 +107,7 @@ def bound(drive: Simulated) -> Array:
     """Return the Cramer-Rao bound of the six numbers: that of a fit which begins at the truth."""
     truth = drive.truth
     believed = calibrate_wheels(drive.time, drive.readings, Truck(*truth[:3]), drive.motions)
-    return np.array([single.sigma for single in believed.quantities]) / max(1.0, believed.estimate.rms)
+    return np.array([quantity.sigma for quantity in believed.quantities]) / max(1.0, believed.estimate.rms)
 
 
 def main() -> int:
@@ -119,11 +119,11 @@ def main() -> int:
         drive = simulated(given.minutes, chance)
         fitted = calibrate_wheels(drive.time, drive.readings, NOMINAL, drive.motions)
         limits, truth = bound(drive), drive.truth
-        values = np.array([single.value for single in fitted.quantities])
+        values = np.array([quantity.value for quantity in fitted.quantities])
         error = np.array([_error(values, truth), _error(closed_form(drive), truth)])
         ours.append(error[0] / limits)
         theirs.append(error[1] / limits)
-        reach = np.array([0.5 * (single.high - single.low) for single in fitted.quantities])
+        reach = np.array([0.5 * (quantity.high - quantity.low) for quantity in fitted.quantities])
         inside.append(np.abs(error[0]) <= reach)
     ratios, peers = (np.sqrt((np.array(errors) ** 2).mean(axis=0)) for errors in (ours, theirs))
     print(f"{given.drives} drives of {given.minutes:g} minutes; error over the Cramer-Rao bound")

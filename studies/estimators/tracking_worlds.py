@@ -105,7 +105,7 @@ def recorded(folder: Path) -> Drives:
 
 
 def _name(label: dict[str, Any]) -> str:
-    effects = " and ".join(f"{each['effect']} {each['component']}" for each in label.get("effects", ()))
+    effects = " and ".join(f"{effect['effect']} {effect['component']}" for effect in label.get("effects", ()))
     return label.get("name") or effects or "healthy"
 
 

@@ -50,13 +50,13 @@ def robots() -> Iterator[Bus]:
     for path in sorted(DATA.glob("concealed*/*/1")):
         vehicle = load_vehicle(path / "vehicle.toml")
         pdos: dict[int, Pdo] = {}
-        for each in vehicle.encoders:
+        for device in vehicle.encoders:
             pdo = pdos.setdefault(
-                each.cob_id, Pdo(each.cob_id, each.node, 0, is_receive=False, cause="unknown")
+                device.cob_id, Pdo(device.cob_id, device.node, 0, is_receive=False, cause="unknown")
             )
             truth = FieldTruth(
-                each.start_bit, each.bits, each.signed, "number", f"position {each.channel}", each.sign,
-                abs(1.0 / each.scale), (0x6004, 0),
+                device.start_bit, device.bits, device.signed, "number", f"position {device.channel}",
+                device.sign, abs(1.0 / device.scale), (0x6004, 0),
             )  # fmt: skip
             pdo.fields.append(truth)
         yield Bus(_minute(path / "can.log"), pdos)
@@ -112,7 +112,7 @@ def main() -> int:
     for name in sorted({*made, *given}):
         print(f"{name:44} {made[name]:9} {given[name]:7}")
     wanted = [groups[name] for name in ("all simulated", "28 given robots")]
-    return 0 if all(each.right >= RIGHT and each.sure_and_wrong <= SURE_AND_WRONG for each in wanted) else 1
+    return 0 if all(row.right >= RIGHT and row.sure_and_wrong <= SURE_AND_WRONG for row in wanted) else 1
 
 
 def ask(bus: Bus, groups: dict[str, Score], names: tuple[str, ...], meanings: Counter[str]) -> None:

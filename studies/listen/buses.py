@@ -72,7 +72,7 @@ def commands(random: Generator, count: int, top: float, wheelbase: float, *, spo
     window /= window.sum()
     limit = min(1.2, 1.6 * top / wheelbase)
     turn = np.clip(turn, -limit, limit)
-    return (np.convolve(each, window)[:count] for each in (speed, turn))
+    return (np.convolve(series, window)[:count] for series in (speed, turn))
 
 
 def _wheels(
@@ -85,7 +85,7 @@ def _wheels(
         "left": (speed - turn * base / 2) / radius["left"],
         "right": (speed + turn * base / 2) / radius["right"],
     }
-    return {f"{truck}.{side}": np.cumsum(each) * STEP for side, each in rate.items()}
+    return {f"{truck}.{side}": np.cumsum(wheel_rate) * STEP for side, wheel_rate in rate.items()}
 
 
 def _follow(random: Generator, speed: Array, turn: Array) -> Array:
@@ -196,9 +196,9 @@ def _frames(
     lost = 0.001 if random.random() < 0.2 else 0.0
     for rank, pdo in enumerate(sorted(pdos.values(), key=lambda pdo: pdo.cob_id)):
         times, sampled = _times(random, pdo, syncs, rank, started)
-        columns = [each.values(sampled) for each in pdo.fields if each.values is not None]
+        columns = [entry.values(sampled) for entry in pdo.fields if entry.values is not None]
         words = [
-            sum(int(column[n]) << each.start for column, each in zip(columns, pdo.fields, strict=True))
+            sum(int(column[n]) << entry.start for column, entry in zip(columns, pdo.fields, strict=True))
             for n in range(len(times))
         ]
         last = None
@@ -271,9 +271,12 @@ def _configure(random: Generator, rows: list[Frame], node: int, pdos: dict[int, 
         transfer(base + pdo.number, 2, int(pdo.every) if pdo.cause == "sync" else 255, 1)
         if writes:
             transfer(base + 0x200 + pdo.number, 0, 0, 1)
-        for number, each in enumerate(pdo.fields, start=1):
+        for number, entry in enumerate(pdo.fields, start=1):
             transfer(
-                base + 0x200 + pdo.number, number, each.object[0] << 16 | each.object[1] << 8 | each.bits, 4
+                base + 0x200 + pdo.number,
+                number,
+                entry.object[0] << 16 | entry.object[1] << 8 | entry.bits,
+                4,
             )
         transfer(base + 0x200 + pdo.number, 0, len(pdo.fields), 1)
         if writes:

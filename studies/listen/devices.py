@@ -56,7 +56,7 @@ class Pdo:
 
     @property
     def length(self) -> int:
-        return self.bytes or (sum(each.bits for each in self.fields) + 7) // 8
+        return self.bytes or (sum(field.bits for field in self.fields) + 7) // 8
 
     @property
     def is_big_endian(self) -> bool:
@@ -117,10 +117,10 @@ def described(path: Path) -> tuple[dict[tuple[int, int], ODVariable], list[Plan]
 def pdos_of(random: Generator, path: Path, node: int, shafts: Sequence[Shaft], session: Session) -> list[Pdo]:
     """Return the PDOs of a device, by its EDS defaults or others that its objects allow."""
     entries, defaults = described(path)
-    own = random.random() < 0.5
+    has_own = random.random() < 0.5
     plans: list[Plan] = []
     for receives, number, carried in defaults:
-        if number < 4 and own and random.random() < 0.85:
+        if number < 4 and has_own and random.random() < 0.85:
             plans.append((receives, number, carried))
     taken = {(receives, number) for receives, number, _ in plans}
     sendable = [entry for entry in entries.values() if entry.access_type != "wo" and not _is_control(entry)]

@@ -65,7 +65,7 @@ class Score:
 def score_bus(bus: Bus, findings: Findings, *, foreign: bool = False) -> Score:
     """Return how many signals of a bus are right, of nodes or of others."""
     score = Score()
-    learned = {each.message.can_id: each for each in findings.messages}
+    learned = {signal.message.can_id: signal for signal in findings.messages}
     for cob_id, pdo in bus.pdos.items():
         rows = bus.frames.can_id == cob_id
         if np.count_nonzero(rows) < 2 or not pdo.fields or foreign != (pdo.node == 0):
@@ -141,13 +141,15 @@ def reads_the_same(signal: LearnedSignal, column: Words) -> bool:
 
 def score_meanings(bus: Bus, findings: Findings) -> Iterator[str]:
     """Yield what was said of the wheels, trucks, joints and speeds of a robot."""
-    truth = {(pdo.cob_id, each.start): each for pdo in bus.pdos.values() for each in pdo.fields}
+    truth = {(pdo.cob_id, field.start): field for pdo in bus.pdos.values() for field in pdo.fields}
 
     def of(signal: LearnedSignal) -> FieldTruth | None:
         return truth.get((signal.can_id, signal.start))
 
     wheels = findings.kinematics.wheels
-    measured = {each.role for each in truth.values() if each.role.startswith("position") and "." in each.role}
+    measured = {
+        field.role for field in truth.values() if field.role.startswith("position") and "." in field.role
+    }
     names = []
     for wheel in wheels:
         field_ = of(wheel.shaft.position.signal)
@@ -221,10 +223,10 @@ def _score_speeds(findings: Findings, of: Callable[[LearnedSignal], FieldTruth |
 
 
 def _score_sending(bus: Bus, findings: Findings) -> Iterator[str]:
-    for each in findings.messages:
-        pdo = bus.pdos.get(each.message.can_id)
-        if pdo is not None and pdo.cause != "unknown" and each.sending.cause != "cannot tell":
-            cause = each.sending.cause.lower() == pdo.cause
-            right = cause and (pdo.cause != "sync" or each.sending.every == pdo.every)
-            sure = "sure and " if each.sending.probability >= SURE_PROBABILITY and not right else ""
+    for signal in findings.messages:
+        pdo = bus.pdos.get(signal.message.can_id)
+        if pdo is not None and pdo.cause != "unknown" and signal.sending.cause != "cannot tell":
+            cause = signal.sending.cause.lower() == pdo.cause
+            right = cause and (pdo.cause != "sync" or signal.sending.every == pdo.every)
+            sure = "sure and " if signal.sending.probability >= SURE_PROBABILITY and not right else ""
             yield f"sending: {sure}{'right' if right else 'wrong'}"

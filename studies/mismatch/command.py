@@ -134,13 +134,13 @@ def _draw(scores: Sequence[Score], asked: Sequence[tuple[Corpus, Answers]], figu
         if "calibration" in kinds:
             _draw_open_loop(corpus, answers, figures / f"{corpus.world.name}.png")
         if "injected" in kinds:
-            found = efficiency(corpus.labels, beyond_twins(corpus.labels, answers))
-            plot_efficiency(found, figures / f"{corpus.world.name}.png", corpus.world.title)
+            curve = efficiency(corpus.labels, beyond_twins(corpus.labels, answers))
+            plot_efficiency(curve, figures / f"{corpus.world.name}.png", corpus.world.title)
 
 
 def _draw_open_loop(corpus: Corpus, answers: Answers, path: Path) -> None:
     cases = [case for case in corpus.labels if "open_loop" in answers[case]]
-    columns = {each: [answers[case]["open_loop"][each] for case in cases] for each in ERRORS}
+    columns = {error: [answers[case]["open_loop"][error] for case in cases] for error in ERRORS}
     plot_errors(cases, columns, path)
 
 
@@ -179,7 +179,7 @@ def open_loop_table(title: str, labels: Mapping[str, Any], answers: Answers) -> 
     table.add_column("first findings")
     for case in labels:
         errors = answers[case].get("open_loop")
-        shown = ("-",) * len(ERRORS) if errors is None else [f"{1e3 * errors[each]:.1f}" for each in ERRORS]
+        shown = ("-",) * len(ERRORS) if errors is None else [f"{1e3 * errors[error]:.1f}" for error in ERRORS]
         findings = [
             f"{finding['effect']} {finding['component']} {finding['probability']:.0%}"
             for finding in answers[case]["findings"][:3]
@@ -220,7 +220,7 @@ def missed_table(title: str, labels: Mapping[str, Any], answers: Answers) -> Tab
     """Return a table of what is answered where the effect that is concealed has no name, a row for each."""
     table = new_table(title, ("effect",), ("cases", *OUTCOMES))
     for effect, counts in left_out_rows(labels, answers).items():
-        table.add_row(effect, str(counts.total()), *(str(counts[each]) for each in OUTCOMES))
+        table.add_row(effect, str(counts.total()), *(str(counts[outcome]) for outcome in OUTCOMES))
     return table
 
 

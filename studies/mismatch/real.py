@@ -33,7 +33,7 @@ def draw_labyrinth(described: Sequence[Recording], corrected: Sequence[Recording
 def draw_husky(described: Sequence[Recording], corrected: Sequence[Recording], folder: Path) -> None:
     """Draw the turn of every window: by the wheels of the described robot, and as measured."""
     pairs = np.array([_turned(recording) for recording in described])
-    old, new = (each[0].vehicle.trucks["a"] for each in (described, corrected))
+    old, new = (recordings[0].vehicle.trucks["a"] for recordings in (described, corrected))
     rolls = (new.wheel_diameter_left + new.wheel_diameter_right) / (
         old.wheel_diameter_left + old.wheel_diameter_right
     )

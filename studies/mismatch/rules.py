@@ -130,9 +130,11 @@ def table(labels: Mapping[str, Label], answers: Mapping[str, Answers]) -> Table:
     """Return a line for each rule that is left out: how many cases assert something else, and the score."""
     shown = new_table(f"What each rule earns in {len(labels)} cases", ("without",), ("other names", *SHOWN))
     whole = answers[WHOLE]
-    for rule, its in answers.items():
-        lines = {line.name: line for line in rows(labels, its)}
-        pairs = [[asserted(each[case], ASSERTED) for each in (its, whole)] for case in labels]
+    for rule, answers_without in answers.items():
+        lines = {line.name: line for line in rows(labels, answers_without)}
+        pairs = [
+            [asserted(by_case[case], ASSERTED) for by_case in (answers_without, whole)] for case in labels
+        ]
         other = sum(names_of(findings) != names_of(others) for findings, others in pairs)
         shown.add_row(rule, str(other), *(lines[name].text.replace(" of ", "/") for name in SHOWN))
     return shown
@@ -157,8 +159,8 @@ def rules(
     folder.mkdir(parents=True, exist_ok=True)
     labels: dict[str, Label] = {}
     questions: dict[str, Question] = {}
-    for each in chosen(data, world):
-        corpus = each.corpus(folder, Request(seed, cases), jobs, progress_bar)
+    for chosen_world in chosen(data, world):
+        corpus = chosen_world.corpus(folder, Request(seed, cases), jobs, progress_bar)
         labels.update(corpus.labels)
         questions.update({case: corpus.question(case) for case in corpus.labels})
     wanted = [WHOLE, *wanted]

@@ -148,8 +148,8 @@ def main() -> None:
     gain = sizes(plain)[1].mean() / headings.mean(axis=-1)
     show("C 6.2 mean |heading| without / with IPEC", 20.0, gain, at_least=True)
     recordings = [laps(seed, way) for seed in range(robots) for way in ("cw", "ccw")]
-    sigmas = [bound(each, UNCALIBRATED) for each in recordings]
-    ipec = np.array([errors_of(each, "OmniMate") for each in recordings])
+    sigmas = [bound(recording, UNCALIBRATED) for recording in recordings]
+    ipec = np.array([errors_of(recording, "OmniMate") for recording in recordings])
     _deviations("O 3, a lap without bumps", sigmas, ipec)
     headings = sizes(drawn(sigmas, OMNIMATE_SONAR, 10, chance))[1]
     show("O 3 worst heading of 10 laps [degrees]", 0.4, headings.max(axis=-1))

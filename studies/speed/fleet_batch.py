@@ -34,8 +34,8 @@ def write_laps(folder: Path, laps: int, minutes: float) -> None:
     hall = draw_hall(3 * laps + 3, DAYS, faulty=round(3 * laps * FAULTY), places=PLACES, seed=7)
     first = 0
     for name, count in (("few", 3), ("single", laps), ("double", 2 * laps)):
-        some = replace(hall, robots=hall.robots[first : first + count])
-        write_store(some, folder / name, range(LAST, LAST + 1), 1, minutes)
+        part = replace(hall, robots=hall.robots[first : first + count])
+        write_store(part, folder / name, range(LAST, LAST + 1), 1, minutes)
         first += count
 
 

@@ -35,11 +35,11 @@ def spent(store: Path, workers: int) -> tuple[list[float], float, float]:
     ):
         crew = Workers(scheduler=cluster.scheduler_address)
         run_batch(str(store), results, day="2026-03-02", diagnosed=False, workers=crew)  # compiles
-        before, mine, wall = client.run(time.process_time), time.process_time(), time.perf_counter()
+        before, ours, wall = client.run(time.process_time), time.process_time(), time.perf_counter()
         run_batch(str(store), results, day="2026-03-03", diagnosed=False, workers=crew)
         wall = time.perf_counter() - wall
         after = client.run(time.process_time)
-        return [after[name] - before[name] for name in after], time.process_time() - mine, wall
+        return [after[name] - before[name] for name in after], time.process_time() - ours, wall
 
 
 def main() -> int:
@@ -50,9 +50,9 @@ def main() -> int:
         write_store(hall, store, range(2), 1, given.minutes)
         times = {}
         for workers in (1, 2):
-            each, scheduler, wall = spent(store, workers)
-            times[workers] = max(each)
-            shown = " and ".join(f"{seconds:.1f}" for seconds in each)
+            of_task, scheduler, wall = spent(store, workers)
+            times[workers] = max(of_task)
+            shown = " and ".join(f"{seconds:.1f}" for seconds in of_task)
             print(
                 f"{workers} worker(s), {given.robots} laps: {shown} s of processor time, "
                 f"scheduler {scheduler:.1f} s, wall {wall:.1f} s"

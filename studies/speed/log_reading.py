@@ -45,12 +45,12 @@ def main() -> int:
         path = Path(folder) / "can.log"
         write_log(path, count)
         theirs = count / best(lambda: sum(1 for _ in can.CanutilsLogReader(path)), ROUNDS)  # [frames/s]
-        mine = count / best(lambda: read_log(path), ROUNDS)
+        ours = count / best(lambda: read_log(path), ROUNDS)
     print(f"candump log of {count} frames")
     print(f"  python-can CanutilsLogReader {theirs / 1e6:8.3f} million frames/s")
-    print(f"  omnimate.files.logs.read_log       {mine / 1e6:8.3f} million frames/s")
-    print(f"  ratio                        {mine / theirs:8.1f}   (wanted: {TARGET:.0f} or more)")
-    return 0 if mine >= TARGET * theirs else 1
+    print(f"  omnimate.files.logs.read_log       {ours / 1e6:8.3f} million frames/s")
+    print(f"  ratio                        {ours / theirs:8.1f}   (wanted: {TARGET:.0f} or more)")
+    return 0 if ours >= TARGET * theirs else 1
 
 
 if __name__ == "__main__":

@@ -159,29 +159,31 @@ def count_in(answer: httpx2.Response) -> int:
 
 def differences(client: Client) -> list[str]:
     """Return a sentence for everything that is not as it was acknowledged."""
-    acknowledged, found = client.acknowledged, []
+    acknowledged, differing = client.acknowledged, []
     for session, numbers in acknowledged.samples.items():
         stored = client.send("GET", f"{SESSIONS}/{session}").json()["samples"]
         if [sample["number"] for sample in stored] != numbers:
-            found.append(f"session {session}: acknowledged {numbers}, stored {len(stored)}")
+            differing.append(f"session {session}: acknowledged {numbers}, stored {len(stored)}")
     versions = client.send("GET", f"{VEHICLES}/omnimate/versions").json()
     stored = {row["version"]: row["origin"] for row in versions}
     if sorted(stored) != list(range(1, len(versions) + 1)):
-        found.append(f"versions are missing: {sorted(stored)}")
+        differing.append(f"versions are missing: {sorted(stored)}")
     made = {
         version: f"session {session}" for session, them in acknowledged.accepted.items() for version in them
     }
     if len(made) != sum(map(len, acknowledged.accepted.values())):
-        found.append("double accept: two were answered with one version")
-    found += [
+        differing.append("double accept: two were answered with one version")
+    differing += [
         f"double accept of {session}" for session, made in acknowledged.accepted.items() if len(made) > 1
     ]
     if made != {version: origin for version, origin in stored.items() if origin != "file"}:
-        found.append(f"accepts acknowledged {len(made)}, versions stored {len(stored) - 1}")
+        differing.append(f"accepts acknowledged {len(made)}, versions stored {len(stored) - 1}")
     counter = client.send("GET", f"{VEHICLES}/counter")
     if not count_in(counter) == counter.json()["version"] - 1 == acknowledged.increments:
-        found.append(f"lost update: {count_in(counter)} of {acknowledged.increments} increments are there")
-    return found
+        differing.append(
+            f"lost update: {count_in(counter)} of {acknowledged.increments} increments are there"
+        )
+    return differing
 
 
 def stuck(client: Client) -> set[str]:
@@ -248,15 +250,17 @@ def main() -> None:
     given = options(__doc__, kills=200, services=1, database=None)
     with tempfile.TemporaryDirectory() as folder:
         database = given.database or f"sqlite:///{folder}/service.db"
-        acknowledged, found, left = trial(folder, database, given.kills, given.services)
+        acknowledged, differing, left = trial(folder, database, given.kills, given.services)
     print(f"{database.partition(':')[0]}: {given.services} services, {given.kills} kills")
     print(
         f"acknowledged: {sum(map(len, acknowledged.samples.values()))} samples, "
         f"{sum(map(len, acknowledged.accepted.values()))} accepts of {2 * len(acknowledged.accepted)}, "
         f"{acknowledged.increments} increments, {len(acknowledged.waiting)} drives and jobs"
     )
-    print(f"{acknowledged.unavailable} answers 503, {len(found)} lost, double or wrong, {len(left)} stuck")
-    for line in [*found, *left]:
+    print(
+        f"{acknowledged.unavailable} answers 503, {len(differing)} lost, double or wrong, {len(left)} stuck"
+    )
+    for line in [*differing, *left]:
         print(f"  {line}")
 
 

@@ -125,11 +125,11 @@ def forkserver_of(service: psutil.Process) -> psutil.Process | None:
 
 def measured(role: str, process: psutil.Process | None) -> Row:
     """Return resident memory [MB], open handles and threads of a process; zeros where it has just ended."""
-    found: tuple[float, ...] = (0.0,) * len(BOUNDS)
+    values: tuple[float, ...] = (0.0,) * len(BOUNDS)
     if process is not None:
         with suppress(psutil.Error), process.oneshot():
-            found = process.memory_info().rss / 1e6, process.num_fds(), process.num_threads()
-    return {f"{role}_{name}": float(value) for name, value in zip(BOUNDS, found, strict=True)}
+            values = process.memory_info().rss / 1e6, process.num_fds(), process.num_threads()
+    return {f"{role}_{name}": float(value) for name, value in zip(BOUNDS, values, strict=True)}
 
 
 def processes(root: psutil.Process) -> Row:

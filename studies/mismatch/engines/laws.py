@@ -41,13 +41,13 @@ def altered(drive: Drive, effect: str, component: str, parameters: Parameters) -
         return replace(drive, poses=aged)
     if component in LINKAGE:
         channel = LINKAGE.index(component)
-        own, joint_a = drive.reading[:, channel], drive.reading[:, 0]
+        reading, joint_a = drive.reading[:, channel], drive.reading[:, 0]
         if effect in {"latency", "clock_drift"}:
-            shown = of_age(own, drive.time, parameters)
+            shown = of_age(reading, drive.time, parameters)
         elif effect == "joint_backlash":
-            shown = _through_backlash(own, parameters["width"])
+            shown = _through_backlash(reading, parameters["width"])
         else:
-            shown = reading_of(effect, parameters, own, joint_a, drive.rest)
+            shown = reading_of(effect, parameters, reading, joint_a, drive.rest)
         return drive.with_reading(channel, shown)
     if effect in OF_TRUCKS:
         return _wider(drive, effect, TRUCKS.index(component), parameters)

@@ -183,11 +183,11 @@ def _eights(chance: Generator, speed: float, _trucks: int) -> Callable[[int], La
 
 def _free(chance: Generator, speed: float, trucks: int) -> Callable[[int], Lap]:
     def leg() -> Leg:
-        own, time = speed * float(chance.uniform(0.3, 1.3)), float(chance.uniform(1.0, 6.0))
+        leg_speed, time = speed * float(chance.uniform(0.3, 1.3)), float(chance.uniform(1.0, 6.0))
         bend = float(chance.uniform(-0.8, 0.8)) if chance.random() < 0.6 else 0.0
         if trucks == 1 and chance.random() < 0.15:
             return 0.0, 1.5 * bend, time
-        return own, bend * min(1.0, own / 0.3), time
+        return leg_speed, bend * min(1.0, leg_speed / 0.3), time
 
     def lap(_number: int) -> Lap:
         return "none", [REST if chance.random() < 0.15 else leg() for _ in range(12)]

@@ -41,7 +41,9 @@ def alike(
     rivals that act at moments take its moments.
     """
     columns = rivals(effect, more, drives, ruler)
-    apart = {name: left_of(change, own) for name, own in columns.items() if name != (effect, component)}
+    apart = {
+        name: left_of(change, change_of) for name, change_of in columns.items() if name != (effect, component)
+    }
     return {name: left for name, left in apart.items() if left < SEPARATE}
 
 
@@ -72,12 +74,12 @@ def _usual(
     effect: str, more: Mapping[str, Any], drives: Sequence[Drive]
 ) -> Iterator[tuple[str, str, dict[str, Any]]]:
     """Yield effects, components, and parameters of usual size."""
-    own = {*TRUCKS[: drives[0].trucks], *WHEELS[: 2 * drives[0].trucks]}
-    own |= set(LINKAGE) if drives[0].trucks == 2 else set()
-    own |= {"poses"} if any(each.poses for each in drives) else set()
+    components = {*TRUCKS[: drives[0].trucks], *WHEELS[: 2 * drives[0].trucks]}
+    components |= set(LINKAGE) if drives[0].trucks == 2 else set()
+    components |= {"poses"} if any(drive.poses for drive in drives) else set()
     for name, rival in VOCABULARY.items():
         for component in (*rival.components, *_MORE_PLACES.get(name, ())):
-            for others in _others(name, component, effect, more, drives) if component in own else ():
+            for others in _others(name, component, effect, more, drives) if component in components else ():
                 yield name, component, rival.sized(rival.usual, others)
 
 
@@ -172,11 +174,11 @@ def draw(drives: Sequence[Drive], ruler: Ruler, chance: Generator) -> Strong | N
     for _ in range(ATTEMPTS):
         effect = str(chance.choice(list(LARGEST)))
         wanted = math.exp(chance.uniform(math.log(WEAKEST), math.log(STRONGEST)))
-        own = VOCABULARY[effect]
-        signed = own.parameter == "ratio" or effect in {*SIGNED, "clock_drift"}
+        entry = VOCABULARY[effect]
+        signed = entry.parameter == "ratio" or effect in {*SIGNED, "clock_drift"}
         sign = -1.0 if signed and chance.random() < 0.5 else 1.0
         component = str(chance.choice(_components(effect)))
-        injection = Injection(effect, component, sign * own.usual, _more(effect, component, drives, chance))
+        injection = Injection(effect, component, sign * entry.usual, _more(effect, component, drives, chance))
         for _ in range(3):  # the change is not quite in proportion to the size
             strength = strength_of(injection, drives, ruler)
             if strength == 0.0 or abs(injection.size) * wanted / strength > LARGEST[effect]:
@@ -250,7 +252,7 @@ def _crossed(drives: Sequence[Drive], chance: Generator) -> list[list[float]]:
     centre = drive.poses[0].pose[int(chance.integers(len(drive.poses[0].pose))), :2]
     radius = float(chance.uniform(0.15, 0.5))
     intervals = []
-    for poses in (each.poses[0] for each in drives):
+    for poses in (single_drive.poses[0] for single_drive in drives):
         within = np.hypot(*(poses.pose[:, :2] - centre).T) < radius
         edges = np.flatnonzero(np.diff(np.concatenate(([0], within.astype(int), [0]))))
         intervals += [

@@ -95,16 +95,16 @@ def drawn_parameters(
     """
     if effect == "unknown":
         return _unnamed_physics(chance, note, start, length, stretch)
-    own = VOCABULARY[effect]
-    size = stretch * float(chance.uniform(*own.concealed))
+    entry = VOCABULARY[effect]
+    size = stretch * float(chance.uniform(*entry.concealed))
     sign = -1.0 if chance.random() < 0.5 else 1.0
     size, sign = _CONCEALED.get((note, effect), (size, sign))
     if effect != "bump":
-        signed = own.parameter == "ratio" or effect in SIGNED
-        return own.sized(sign * size if signed else size, _more(chance, effect, start, length))
+        signed = entry.parameter == "ratio" or effect in SIGNED
+        return entry.sized(sign * size if signed else size, _more(chance, effect, start, length))
     count = 1 if note == "one bump" else 8
     times = np.sort(start + length * (np.arange(count) + chance.uniform(0.2, 0.8, count)) / count)
-    return own.sized(size, {"times": times.tolist()})
+    return entry.sized(size, {"times": times.tolist()})
 
 
 # Sizes by which effects hide: on clockwise squares a wider wheelbase and a larger right wheel cancel.
@@ -234,9 +234,9 @@ def make(folder: Path, case: Case, seed: int) -> dict[str, Any]:
     robot = setting.robot
     driven = setting.driven(setting.faults, setting.chance)
     labels = list(setting.labels)
-    for each in labels:
-        if each["effect"] == "bump":
-            set_bump_times(each, driven.time, driven.counts[:, robot.channels.index(each["component"])])
+    for effect in labels:
+        if effect["effect"] == "bump":
+            set_bump_times(effect, driven.time, driven.counts[:, robot.channels.index(effect["component"])])
     measuring = MEASURING[case.poses]
     if measuring is not None and case.note == "noisier poses":
         measuring = replace(measuring, noise=2.0)

@@ -192,7 +192,9 @@ class Noise:
         parts = sorted(set().union(*residuals))
         return cls(
             {
-                (part, column): _spectrum([each[part][:, column] for each in residuals if part in each])
+                (part, column): _spectrum(
+                    [residual[part][:, column] for residual in residuals if part in residual]
+                )
                 for part in parts
                 for column in range(3)
             }
@@ -220,8 +222,8 @@ class Noise:
 def _spectrum(series: Sequence[Array]) -> tuple[Array, Array]:
     if sum(map(len, series)) < FEW:
         return np.array([0.0]), np.array([np.mean(np.concatenate(series) ** 2)])
-    frequency = np.concatenate([np.fft.rfftfreq(len(each)) for each in series])
-    power = np.concatenate([np.abs(np.fft.rfft(each)) ** 2 / len(each) for each in series])
+    frequency = np.concatenate([np.fft.rfftfreq(len(values)) for values in series])
+    power = np.concatenate([np.abs(np.fft.rfft(values)) ** 2 / len(values) for values in series])
     order = np.argsort(frequency, kind="stable")
     width = min(FEWEST * len(series), len(order))
     sums = np.cumsum(np.concatenate(([0.0], power[order])))
@@ -251,11 +253,11 @@ class Ruler:
 
     def nuisances(self, drives: Sequence[Drive], effect: str = "", component: str = "") -> list[Array]:
         """Return the changes `(K,)` by the numbers of a calibration, but for the one that an effect is."""
-        trucks, own = drives[0].trucks, (effect, component)
+        trucks, key = drives[0].trucks, (effect, component)
         numbers: list[tuple[Callable[[Drive, int], Drive], int]]
-        numbers = [(_wider, truck) for truck in range(trucks) if own != ("wheelbase", TRUCKS[truck])]
+        numbers = [(_wider, truck) for truck in range(trucks) if key != ("wheelbase", TRUCKS[truck])]
         numbers += [
-            (_larger, wheel) for wheel in range(2 * trucks) if own != ("wheel_diameter", WHEELS[wheel])
+            (_larger, wheel) for wheel in range(2 * trucks) if key != ("wheel_diameter", WHEELS[wheel])
         ]
         return [self.change([larger(drive, place) for drive in drives]) / STEP for larger, place in numbers]
 

@@ -121,13 +121,13 @@ def contacts(touches: NDArray[np.bool_], apart: int) -> tuple[tuple[int, int, in
 
     `touches` has a column for each obstacle, shape `(N, O)`; `apart` rows without a touch end a contact.
     """
-    found: list[tuple[int, int, int]] = []
+    touching: list[tuple[int, int, int]] = []
     for obstacle, column in enumerate(touches.T):
         rows = np.flatnonzero(column)
         if len(rows):
             parts = np.split(rows, np.flatnonzero(np.diff(rows) > apart) + 1)
-            found.extend((obstacle, int(part[0]), int(part[-1]) + 1) for part in parts)
-    return tuple(sorted(found, key=lambda contact: contact[1]))
+            touching.extend((obstacle, int(part[0]), int(part[-1]) + 1) for part in parts)
+    return tuple(sorted(touching, key=lambda contact: contact[1]))
 
 
 def crossings(

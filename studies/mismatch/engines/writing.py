@@ -198,8 +198,10 @@ def _frames(robot: Robot, log: Log, dropped: float, chance: Generator) -> str:
         for time, (cob_id, devices) in zip(row[1:], frames.items(), strict=True):
             if dropped and chance.random() < dropped:
                 continue
-            word = sum(counts[column] % (1 << each.bits) << each.start_bit for column, each in devices)
-            size = max(each.start_bit + each.bits for _, each in devices) // 8
+            word = sum(
+                counts[column] % (1 << encoder.bits) << encoder.start_bit for column, encoder in devices
+            )
+            size = max(encoder.start_bit + encoder.bits for _, encoder in devices) // 8
             lines.append(f"({time:.6f}) can0 {cob_id:03X}#{word.to_bytes(size, 'little').hex().upper()}")
     return "\n".join(lines) + "\n"
 
@@ -266,10 +268,10 @@ def seen_exactly(robot: Robot, time: Array, wheels: Array, linkage: Array, poses
     for stamp, truck, pose in poses:
         rows.setdefault(truck, []).append((stamp, pose))
     measurements = {}
-    for truck, own in rows.items():
-        pose = np.stack([each for _, each in own])
+    for truck, measured in rows.items():
+        pose = np.stack([each for _, each in measured])
         pose[:, 2] = np.unwrap(pose[:, 2])
-        measurements[truck] = Poses(np.array([stamp for stamp, _ in own]), pose)
+        measurements[truck] = Poses(np.array([stamp for stamp, _ in measured]), pose)
     radius = np.array(robot.radius)
     turn = np.array([device.resolution for device in robot.devices if device.channel in WHEELS])
     count, base = 2.0 * np.pi * radius / turn, np.array(robot.wheelbase)

@@ -58,8 +58,8 @@ def gaussian_process(
                 best = evidence, length, products.posterior(members, spread)[0]
     _, length, weights = best
 
-    def learned(own: Variables) -> Array:
-        at = _standardised(own, variables)
+    def learned(values: Variables) -> Array:
+        at = _standardised(values, variables)
         return np.asarray(math.sqrt(2.0 / FEATURES) * np.cos(at @ draw / length + phase) @ weights)
 
     return learned
@@ -82,12 +82,12 @@ def sindy(
 
     groups = folds % GROUPS
 
-    def weights(threshold: float, mine: NDArray[np.bool_]) -> Array:
-        found = package.STLSQ(threshold=threshold, alpha=RIDGE)
+    def weights(threshold: float, kept: NDArray[np.bool_]) -> Array:
+        optimizer = package.STLSQ(threshold=threshold, alpha=RIDGE)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that a threshold leaves no coefficient is an answer, too
-            found.fit(seen[mine], rows[mine, None])
-        coefficients: Array = np.asarray(found.coef_, np.float64)[0]
+            optimizer.fit(seen[kept], rows[kept, None])
+        coefficients: Array = np.asarray(optimizer.coef_, np.float64)[0]
         return coefficients
 
     def missed(threshold: float) -> float:
@@ -106,14 +106,14 @@ def sindy(
     )
 
 
-def _standardised(own: Variables, of: Variables) -> Array:
+def _standardised(variables: Variables, of: Variables) -> Array:
     """Return variables `(N, v)` in units of their deviation in a drive; angles that go round as waves."""
     columns = []
     for name, values in of.items():
         if float(np.ptp(values)) == 0.0:
             continue
         if name.startswith(("wheel_angle", "heading")):
-            columns += [np.cos(own[name]), np.sin(own[name])]
+            columns += [np.cos(variables[name]), np.sin(variables[name])]
         else:
-            columns.append((own[name] - values.mean()) / values.std())
+            columns.append((variables[name] - values.mean()) / values.std())
     return np.stack(columns, axis=1)

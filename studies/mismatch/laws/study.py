@@ -94,7 +94,7 @@ def library_effect(name: str, component: str, parameters: Mapping[str, Any]) -> 
     def frozen(value: Any) -> Any:  # noqa: ANN401
         return tuple(map(frozen, value)) if isinstance(value, list) else value
 
-    return effect_named(name)(component, **{each: frozen(value) for each, value in parameters.items()})
+    return effect_named(name)(component, **{name_of: frozen(value) for name_of, value in parameters.items()})
 
 
 LAW, PROCESS, SINDY = "law", "Gaussian process", "pysindy"
@@ -123,8 +123,8 @@ def recovered_from(drives: Pair) -> Recovery:
     itself = _gain(held_out, _part(unseen, held_out, (effect,)))
     ways = _ways(posterior, effect.component)
     laws = [law_of(posterior, conditional, effect.component, way) for way in ways]
-    found = max((law for law in laws if law is not None), key=lambda law: law.total, default=None)
-    gains = {LAW: 0.0 if found is None else _gain(held_out, _part(unseen, held_out, found.effects))}
+    best = max((law for law in laws if law is not None), key=lambda law: law.total, default=None)
+    gains = {LAW: 0.0 if best is None else _gain(held_out, _part(unseen, held_out, best.effects))}
     for name, method in ((PROCESS, gaussian_process), *(((SINDY, sindy),) if has_sindy() else ())):
         offers = []
         for way in ways:
@@ -145,7 +145,7 @@ def recovered_from(drives: Pair) -> Recovery:
         "component": effect.component,
         "gain": itself,
         "gains": gains,
-        "law": "" if found is None else format_effects(found.effects),
+        "law": "" if best is None else format_effects(best.effects),
     }
 
 
@@ -156,8 +156,8 @@ def _posterior(recording: Recording, effect: Effect, noise: NoiseLevels | None =
     what a law recovers, and not how noise is told from it.
     """
     signals = (signals_of(recording),)
-    regression = Regression([windows_of(single) for single in signals], noise or DEFAULT_LEVELS, ())
-    library = [single for single in smooth_terms(signals) if single.effect != effect.name]
+    regression = Regression([windows_of(one) for one in signals], noise or DEFAULT_LEVELS, ())
+    library = [one for one in smooth_terms(signals) if one.effect != effect.name]
     if noise is None:
         nuisances = Regression(regression.windows, DEFAULT_LEVELS, ())
         nuisances.add(startup_nuisances(library, signals))
@@ -222,14 +222,14 @@ def study(
     }
     with progress("learning laws") as report:
         answers = run.ask_all(recovered, questions, jobs, report, place / "laws.answers.jsonl")
-    found = [answers[name] for name in questions]
-    (place / RESULT).write_text(json.dumps(found, indent=1), encoding="utf-8")
+    recoveries = [answers[name] for name in questions]
+    (place / RESULT).write_text(json.dumps(recoveries, indent=1), encoding="utf-8")
     if not has_sindy():
         yield f"{SINDY} is not installed (pip install omnimate[laws]): it is left out"
-    clear = [one for one in found if one["gain"] >= CLEAR]
-    if len(clear) < len(found):
+    clear = [one for one in recoveries if one["gain"] >= CLEAR]
+    if len(clear) < len(recoveries):
         yield (
-            f"{len(found) - len(clear)} of {len(found)} drives hardly show what is concealed "
+            f"{len(recoveries) - len(clear)} of {len(recoveries)} drives hardly show what is concealed "
             f"(gain below {CLEAR:g} nat): left out"
         )
     if not clear:
@@ -239,38 +239,38 @@ def study(
         plot_recovery({name: shares(_of(clear, name)) for name in _effects(clear)}, ENOUGH, figures / FIGURE)
 
 
-def shares(found: Sequence[Recovery]) -> dict[str, list[float]]:
+def shares(recoveries: Sequence[Recovery]) -> dict[str, list[float]]:
     """Return of each method the shares of the effects' gains that it recovers."""
     return {
-        method: [one["gains"][method] / one["gain"] for one in found]
+        method: [one["gains"][method] / one["gain"] for one in recoveries]
         for method in METHODS
-        if all(method in one["gains"] for one in found)
+        if all(method in one["gains"] for one in recoveries)
     }
 
 
-def table(found: Sequence[Recovery]) -> Table:
+def table(recoveries: Sequence[Recovery]) -> Table:
     """Return a table of the shares that are recovered, a row for each effect."""
-    heads = [head for method in shares(found) for head in (f"{method}\nmedian", f"{ENOUGH:g}", "< 0")]
+    heads = [head for method in shares(recoveries) for head in (f"{method}\nmedian", f"{ENOUGH:g}", "< 0")]
     what = "Laws learned in the place of effects: share of the effect's own gain on an unseen drive"
     shown = new_table(what, ("effect",), ("cases", *heads))
     shown.caption = (
         f"{ENOUGH:g}: cases in which {ENOUGH:g} or more of it is recovered; < 0: worse than nothing"
     )
-    rows = [(name, _of(found, name)) for name in _effects(found)]
-    for name, own in [*rows, ("all", found)]:
+    rows = [(name, _of(recoveries, name)) for name in _effects(recoveries)]
+    for name, chosen in [*rows, ("all", recoveries)]:
         cells = []
-        for values in shares(own).values():
+        for values in shares(chosen).values():
             enough, worse = (np.sum(np.array(values) >= ENOUGH), np.sum(np.array(values) < 0.0))
             cells += [f"{np.median(values):.2f}", f"{enough}/{len(values)}", str(worse)]
-        shown.add_row(name, str(len(own)), *cells, end_section=name == _effects(found)[-1])
+        shown.add_row(name, str(len(chosen)), *cells, end_section=name == _effects(recoveries)[-1])
     return shown
 
 
-def _effects(found: Sequence[Recovery]) -> list[str]:
+def _effects(recoveries: Sequence[Recovery]) -> list[str]:
     """Return the effects in the order of what a law recovers of them, most first."""
-    names = list(dict.fromkeys(one["effect"] for one in found))
-    return sorted(names, key=lambda name: -float(np.median(shares(_of(found, name))[LAW])))
+    names = list(dict.fromkeys(one["effect"] for one in recoveries))
+    return sorted(names, key=lambda name: -float(np.median(shares(_of(recoveries, name))[LAW])))
 
 
-def _of(found: Sequence[Recovery], effect: str) -> list[Recovery]:
-    return [one for one in found if one["effect"] == effect]
+def _of(recoveries: Sequence[Recovery], effect: str) -> list[Recovery]:
+    return [one for one in recoveries if one["effect"] == effect]

@@ -52,7 +52,7 @@ def questions(
         if label["kind"] != "single" or not answer or not answer["findings"] or first_exact(label, answer):
             continue
         reported, number = asserted(answer, ASSERTED), int(name.rpartition("-")[2])
-        is_driveable = all(each[0] not in UNNAMED and each[1] != "poses" for each in names_of(reported))
+        is_driveable = all(key[0] not in UNNAMED and key[1] != "poses" for key in names_of(reported))
         if reported and is_driveable:
             right = first_right(label, answer)
             asked.append(Question(name, cases[number], seed_of(seed, number), reported, right))

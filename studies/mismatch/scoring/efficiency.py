@@ -48,9 +48,9 @@ def efficiency(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> Ef
         if label["kind"] == "injected" and name in answers
     ]
     strength = np.array([strength for strength, _ in pairs], np.float64)
-    found = np.array([found for _, found in pairs], bool)
-    offset, slope = _logistic(np.log(strength), found)
-    return Efficiency(strength, found, offset, slope)
+    flags = np.array([flags for _, flags in pairs], bool)
+    offset, slope = _logistic(np.log(strength), flags)
+    return Efficiency(strength, flags, offset, slope)
 
 
 def _logistic(at: Array, hit: NDArray[np.bool_]) -> tuple[float, float]:

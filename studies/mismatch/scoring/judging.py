@@ -137,7 +137,7 @@ def _beyond(answer: Answer, label: Label, twin: Answer | None) -> Answer:
     if twin is None:
         return answer
     known = names_of(asserted(twin, ASSERTED)) - names_of(label["effects"])
-    kept = [each for each in answer["findings"] if not names_of([each]) & known]
+    kept = [finding for finding in answer["findings"] if not names_of([finding]) & known]
     return {**answer, "findings": kept}
 
 

@@ -159,11 +159,11 @@ def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Lin
     outside = [truth["outside"] for label, _ in unknown for truth in label["effects"] if "outside" in truth]
     onset, iou = events(known + multi)
     z = deviations(known + multi)
-    alarms = [any(wrong(each, label) for each in asserted(answer, ASSERTED)) for label, answer in nulls]
+    alarms = [any(wrong(item, label) for item in asserted(answer, ASSERTED)) for label, answer in nulls]
     return [
         share("false alarm on a null", alarms, 0.01, most=True),
         share("said 0.9 or more, and wrong", sure, 0.01, most=True),
-        share("said 0.9 or more, and right", [not each for each in sure], 0.97),
+        share("said 0.9 or more, and right", [not item for item in sure], 0.97),
         share("one effect: right first", [first_right(*pair) for pair in known], 0.95),
         share("one effect: exactly the truth first", [first_exact(*pair) for pair in known]),
         share("two at once: exactly right", [all_right(*pair) for pair in both], 0.85),
@@ -173,7 +173,7 @@ def rows(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> list[Lin
         share("interval overlap of 0.8", iou, 0.9),
         share("parameter within 2 sigma", [abs(deviation) <= 2.0 for deviation in z], 0.95),
         _heldout(heldout),
-        share("held-out residual after <= 1.05", [each["after"] <= 1.05 for each in heldout], 0.95),
+        share("held-out residual after <= 1.05", [item["after"] <= 1.05 for item in heldout], 0.95),
         share("unknown called unknown", [says_unknown(*pair) for pair in unknown], 0.9),
         Line("unknown: left by the best curve in one quantity", _mean(outside)),
         *_of_injections(labels, answers),
@@ -186,7 +186,7 @@ def _of_injections(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -
     injected = {name: label for name, label in labels.items() if label["kind"] == "injected"}
     pairs = [(label, answers[name]) for name, label in injected.items() if name in answers]
     strong = [pair for pair in pairs if pair[0]["strength"] >= STRONG]
-    new = [any(wrong(each, label) for each in asserted(answer, ASSERTED)) for label, answer in pairs]
+    new = [any(wrong(finding, label) for finding in asserted(answer, ASSERTED)) for label, answer in pairs]
     half = efficiency(injected, answers).half
     return [
         share("injected, 10 sigma: right first or in its set", [*map(_is_led, strong)], 0.95),
@@ -205,8 +205,8 @@ def _is_led(pair: tuple[Label, Answer]) -> bool:
 def _of_calibrations(pairs: Sequence[tuple[Label, Answer]]) -> list[Line]:
     """Return the lines about real recordings beside plain least squares."""
     real = [(label, answer) for label, answer in pairs if label["kind"] == "calibration"]
-    told = [
-        any(fits(each["effect"], each["component"], truth) for each in asserted(answer, ASSERTED))
+    asserted_numbers = [
+        any(fits(finding["effect"], finding["component"], truth) for finding in asserted(answer, ASSERTED))
         for label, answer in real
         for truth in label["effects"]
     ]
@@ -216,11 +216,11 @@ def _of_calibrations(pairs: Sequence[tuple[Label, Answer]]) -> list[Line]:
             errors = answer["open_loop"]
             squares.setdefault(label["set"], []).append((errors["found"] ** 2, errors["least squares"] ** 2))
     ratios = [
-        math.sqrt(sum(found for found, _ in halves) / sum(plain for _, plain in halves))
+        math.sqrt(sum(diagnosed for diagnosed, _ in halves) / sum(plain for _, plain in halves))
         for halves in squares.values()
     ]
     return [
-        share("5 sigma by least squares: asserted", told, 1.0),
+        share("5 sigma by least squares: asserted", asserted_numbers, 1.0),
         Line("open loop over least squares, worst set", max(ratios, default=math.nan), 1.0),
         Line("open loop over least squares, geometric mean", _mean(ratios, geometric_mean), 0.95),
     ]
@@ -229,7 +229,7 @@ def _of_calibrations(pairs: Sequence[tuple[Label, Answer]]) -> list[Line]:
 def _heldout(residuals: Sequence[Mapping[str, float]]) -> Line:
     """Return the geometric means of held-out residuals, before and after."""
     before, after = (
-        _mean([each[when] for each in residuals], geometric_mean) for when in ("before", "after")
+        _mean([change[when] for change in residuals], geometric_mean) for when in ("before", "after")
     )
     return Line("held-out residual, before -> after", after / before, note=f"{before:.2f} -> {after:.2f}")
 
@@ -255,7 +255,7 @@ class Score:
             "cases": self.cases,
             "labels": self.digest,
             "lines": [line.as_json() for line in self.lines],
-            "reliability": [each.as_json() for each in self.reliability],
+            "reliability": [interval_bin.as_json() for interval_bin in self.reliability],
         }
 
 

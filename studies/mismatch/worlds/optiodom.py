@@ -115,7 +115,9 @@ def position_error(recordings: Sequence[Recording], effects: Sequence[Effect] = 
 
     Recordings have dense poses of truck a; effects are physics that their description leaves out.
     """
-    return float(np.sqrt(np.mean(np.concatenate([_errors(each, effects) for each in recordings]) ** 2)))
+    return float(
+        np.sqrt(np.mean(np.concatenate([_errors(recording, effects) for recording in recordings]) ** 2))
+    )
 
 
 def _errors(recording: Recording, effects: Sequence[Effect]) -> Array:
@@ -229,7 +231,9 @@ def diagnosed_and_driven(question: Question) -> Answer:
         seen, held_out = recordings_of(question), recordings_of((folder, {"recordings": wanted["held_out"]}))
         diagnosis = diagnose(seen)
         truck = calibrate_truck(seen).truck
-        calibrated = [replace(each, vehicle=each.vehicle.with_truck("a", truck)) for each in held_out]
+        calibrated = [
+            replace(recording, vehicle=recording.vehicle.with_truck("a", truck)) for recording in held_out
+        ]
         errors = {
             "nominal": position_error(held_out),
             "least squares": position_error(calibrated),

@@ -53,11 +53,11 @@ def alike(
     """
     moments = "slip_patch" if effect == "unknown" and more.get("intervals") else effect
     columns = rivals(moments, more, [healthy], ruler)
-    leaves = {name: left_of(change, own) for name, own in columns.items()}
+    leaves = {name: left_of(change, change_of) for name, change_of in columns.items()}
     half = MOST * float(np.linalg.norm(change))
-    own = leaves.get((effect, component), np.inf)
-    named = own <= max(half, SEPARATE)
-    most = np.hypot(own, SEPARATE) if named else max(half, SEPARATE)
+    change_of = leaves.get((effect, component), np.inf)
+    named = change_of <= max(half, SEPARATE)
+    most = np.hypot(change_of, SEPARATE) if named else max(half, SEPARATE)
     return named, [
         {"effect": name, "component": place, "leaves": round(left, 2)}
         for (name, place), left in leaves.items()
@@ -70,22 +70,24 @@ def everyday(healthy: Seen, ruler: Ruler, missed: Array) -> list[dict[str, Any]]
 
     `missed` is what dead reckoning misses of it, whitened, shape `(K,)`.
     """
-    columns = {name: own for name, own in rivals("", {}, [healthy], ruler).items() if name[0] in EVERYDAY}
+    columns = {
+        name: change for name, change in rivals("", {}, [healthy], ruler).items() if name[0] in EVERYDAY
+    }
     whole = float(np.linalg.norm(missed))
-    found = [
+    present = [
         {"effect": name, "component": place, "explains": round(explained, 2)}
-        for (name, place), own in columns.items()
-        if (explained := float(np.sqrt(max(0.0, whole**2 - left_of(missed, own) ** 2)))) > SEPARATE
+        for (name, place), change in columns.items()
+        if (explained := float(np.sqrt(max(0.0, whole**2 - left_of(missed, change) ** 2)))) > SEPARATE
     ]
-    left = left_of(missed, [column for own in columns.values() for column in own])
+    left = left_of(missed, [column for change in columns.values() for column in change])
     if left > CLEAR:
         places = sorted({place for _, place in columns})  # trucks and wheels
-        found += [
+        present += [
             {"effect": name, "component": place, "explains": round(left, 2)}
             for place in places
             for name in ("unknown", "law")
         ]
-    return found
+    return present
 
 
 KINDS = {"null": 0.25, "single": 0.6, "multi": 0.15}  # shares of the cases; single ones may have no name
@@ -246,7 +248,9 @@ def _courses(chance: Generator, chassis: Chassis) -> tuple[Course, Course]:
     laps = _laps(chance, speed, chassis.trucks)
     period, angles = float(chance.choice(PERIODS)), chance.uniform(-3.0, 3.0, 2 * chassis.trucks)
     servo = within(chance, SERVOS[0]), within(chance, SERVOS[1])
-    both = (commands(each, period, servo) for each in (laps, [laps[0], ("none", eight(speed, EIGHT))]))
+    both = (
+        commands(segments, period, servo) for segments in (laps, [laps[0], ("none", eight(speed, EIGHT))])
+    )
     course, calibrating = (Course(wanted, spans, period, angles) for wanted, spans in both)
     return course, calibrating
 
@@ -360,13 +364,13 @@ def _label(
     size = fault.measure(alone)
     when = [] if fault.intervals is None else fault.intervals(alone)
     change = ruler.change([case.seen(alone, [fault])])
-    own = label(fault.effect, fault.component, size) | {"built": f"{fault.effect} {fault.component}"}
+    labelled = label(fault.effect, fault.component, size) | {"built": f"{fault.effect} {fault.component}"}
     if fault.effect == "bump":  # when and how much is a matter of the drive that is recorded
-        own |= label(fault.effect, fault.component, fault.measure(driven))
-    own["intervals"] = [] if fault.intervals is None else fault.intervals(driven)
+        labelled |= label(fault.effect, fault.component, fault.measure(driven))
+    labelled["intervals"] = [] if fault.intervals is None else fault.intervals(driven)
     more: Mapping[str, Any] = {**size, "intervals": when} if when else size
-    named, own["acceptable"] = alike(change, fault.effect, fault.component, more, healthy, ruler)
+    named, labelled["acceptable"] = alike(change, fault.effect, fault.component, more, healthy, ruler)
     if not named and fault.effect != "unknown":
-        own |= {"effect": "unknown", "component": fault.component[0], "parameters": {}}
-    own["sigmas_above_noise"] = round(float(np.linalg.norm(change)), 2)
-    return own
+        labelled |= {"effect": "unknown", "component": fault.component[0], "parameters": {}}
+    labelled["sigmas_above_noise"] = round(float(np.linalg.norm(change)), 2)
+    return labelled

@@ -300,7 +300,9 @@ def _scene(chassis: Chassis, ground: int, height: float) -> Scene:
     for number in range(-1, len(known)):
         pybullet.changeDynamics(body, number, linearDamping=0.0, angularDamping=0.0)
     rolling = [links[name] for wheel in chassis.wheels.values() for name in wheel.links]
-    grip = dict.fromkeys(rolling, chassis.grip) | {links[name]: own for name, own in chassis.feet.items()}
+    grip = dict.fromkeys(rolling, chassis.grip) | {
+        links[name]: grip_of for name, grip_of in chassis.feet.items()
+    }
     tyres = None if chassis.creep is None else Tyres(grip, chassis.creep)
     for number, friction in grip.items():
         pybullet.changeDynamics(body, number, lateralFriction=friction if tyres is None else 0.0)

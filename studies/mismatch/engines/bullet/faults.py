@@ -94,9 +94,9 @@ def one_tyre(at: Setting) -> Fault:
 
 def _diameter(at: Setting, bounds: tuple[float, float], *, one: bool) -> Fault:
     wheel = at.wheel()
-    own = at.chassis.wheels[wheel]
-    radius = own.radius * (1.0 + at.sign() * at.chance.uniform(*bounds))
-    links = [str(at.chance.choice(own.links))] if one else own.links
+    described = at.chassis.wheels[wheel]
+    radius = described.radius * (1.0 + at.sign() * at.chance.uniform(*bounds))
+    links = [str(at.chance.choice(described.links))] if one else described.links
     return Fault(
         "wheel_diameter",
         wheel,
@@ -113,9 +113,9 @@ def _over_healthy(at: Setting, size_of: Callable[[Drive], float]) -> Callable[[D
 def wheel_eccentricity(at: Setting) -> Fault:
     """Return a tread that is mounted off its axle, on the wheel with the encoder."""
     wheel, bearing = at.wheel(), at.chance.uniform(-np.pi, np.pi)
-    own, amplitude = at.chassis.wheels[wheel], at.chance.uniform(0.005, 0.015)
-    x, y = amplitude * own.radius * np.array([np.cos(bearing), np.sin(bearing)])
-    off_axle = (x, 0.0, y) if own.axis == 1 else (x, y, 0.0)
+    described, amplitude = at.chassis.wheels[wheel], at.chance.uniform(0.005, 0.015)
+    x, y = amplitude * described.radius * np.array([np.cos(bearing), np.sin(bearing)])
+    off_axle = (x, 0.0, y) if described.axis == 1 else (x, y, 0.0)
 
     def measure(drive: Drive) -> dict[str, Any]:
         return dict(zip(("amplitude", "phase"), wave(drive, at.nominal, wheel), strict=True))
@@ -124,7 +124,7 @@ def wheel_eccentricity(at: Setting) -> Fault:
         "wheel_eccentricity",
         wheel,
         measure,
-        lambda chassis: with_treads(chassis, wheel, own.radius, off_axle, own.links[:1]),
+        lambda chassis: with_treads(chassis, wheel, described.radius, off_axle, described.links[:1]),
     )
 
 
@@ -158,8 +158,8 @@ def wheel_misalignment(at: Setting) -> Fault:
         return replace(chassis, urdf=urdf)
 
     def measure(drive: Drive) -> dict[str, Any]:
-        own, healthy = (travel_angle(each, "ab".index(truck)) for each in (drive, at.healthy))
-        return {"angle": own - healthy}
+        angle, healthy = (travel_angle(driven, "ab".index(truck)) for driven in (drive, at.healthy))
+        return {"angle": angle - healthy}
 
     return Fault("wheel_misalignment", truck, measure, build)
 
@@ -167,21 +167,21 @@ def wheel_misalignment(at: Setting) -> Fault:
 def tyre_loses_air(at: Setting) -> Fault:
     """Return a wheel that rolls on a smaller tread from one moment on."""
     wheel, time = at.wheel(), at.moment(0.35, 0.65)
-    own, ratio = at.chassis.wheels[wheel], 1.0 - at.chance.uniform(0.004, 0.012)
+    described, ratio = at.chassis.wheels[wheel], 1.0 - at.chance.uniform(0.004, 0.012)
 
     def build(chassis: Chassis) -> Chassis:
-        flat = with_treads(chassis, wheel, own.radius * ratio)
+        flat = with_treads(chassis, wheel, described.radius * ratio)
         parts = []
-        for name in own.links:
-            parts.append(link(f"{name}.air", 1e-3, 1e-6, sphere(own.radius)))
+        for name in described.links:
+            parts.append(link(f"{name}.air", 1e-3, 1e-6, sphere(described.radius)))
             parts.append(joint(f"{name}.air", "fixed", (name, f"{name}.air"), middle(flat.urdf, name)))
-        links = (*own.links, *(f"{name}.air" for name in own.links))
-        wheels = {**flat.wheels, wheel: replace(own, links=links)}
+        links = (*described.links, *(f"{name}.air" for name in described.links))
+        wheels = {**flat.wheels, wheel: replace(described, links=links)}
         return replace(flat, urdf=with_links(flat.urdf, *parts), wheels=wheels)
 
     def hook(scene: Scene, now: float) -> None:
         if now >= time:
-            for name in own.links:
+            for name in described.links:
                 scene.let_through(f"{name}.air")
 
     def measure(drive: Drive) -> dict[str, Any]:
@@ -237,12 +237,12 @@ def _places(at: Setting, wheel: str, count: int) -> list[tuple[float, float, flo
 def slippery(at: Setting) -> Fault:
     """Return oil on a part of the floor, which one wheel runs through."""
     wheel = at.wheel()
-    own, radius = at.chassis.wheels[wheel], at.chance.uniform(0.4, 0.9)
+    described, radius = at.chassis.wheels[wheel], at.chance.uniform(0.4, 0.9)
     keeps = at.chassis.grip * at.chance.uniform(*OILY)
     x, y, _ = _places(at, wheel, 1)[0]
 
     def hook(scene: Scene, _now: float) -> None:
-        for name in own.links:
+        for name in described.links:
             place = scene.place(name)
             inside = np.hypot(place[0] - x, place[1] - y) < radius
             scene.grip(name, keeps if inside else at.chassis.grip)
@@ -252,8 +252,8 @@ def slippery(at: Setting) -> Fault:
         return np.asarray(np.hypot(*(path_of(drive, tracks, wheel) - (x, y)).T) < radius)
 
     def measure(drive: Drive) -> dict[str, Any]:
-        own, healthy = (lost(each, at.nominal, wheel, inside(drive)) for each in (drive, at.healthy))
-        return {"fraction": own - healthy}
+        faulty, healthy = (lost(driven, at.nominal, wheel, inside(drive)) for driven in (drive, at.healthy))
+        return {"fraction": faulty - healthy}
 
     return Fault(
         "slip_patch",

@@ -75,10 +75,10 @@ def with_moved(text: str, joint: str, by: Place, yaw: float = 0.0) -> str:
     origin = _named(root, "joint", joint).find("origin")
     assert origin is not None, f"{joint} has no origin"
     x, y, z = (a + b for a, b in zip(_place(origin.attrib["xyz"]), by, strict=True))
-    roll, pitch, own = _place(origin.attrib.get("rpy", "0 0 0"))
+    roll, pitch, heading = _place(origin.attrib.get("rpy", "0 0 0"))
     cosine, sine = math.cos(yaw), math.sin(yaw)
     origin.set("xyz", _words(cosine * x - sine * y, sine * x + cosine * y, z))
-    origin.set("rpy", _words(roll, pitch, own + yaw))
+    origin.set("rpy", _words(roll, pitch, heading + yaw))
     return ET.tostring(root, encoding="unicode")
 
 
@@ -127,9 +127,9 @@ def inertial(mass: float, inertia: float, at: Place = ORIGIN) -> str:
 
 
 def _named(root: ET.Element, kind: str, name: str) -> ET.Element:
-    found = next((each for each in root.findall(kind) if each.attrib["name"] == name), None)
-    assert found is not None, f"no {kind} {name!r}"
-    return found
+    element = next((candidate for candidate in root.findall(kind) if candidate.attrib["name"] == name), None)
+    assert element is not None, f"no {kind} {name!r}"
+    return element
 
 
 def _place(words: str) -> Place:

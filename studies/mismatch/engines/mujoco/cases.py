@@ -132,7 +132,7 @@ def _made(folder: Path, rng: np.random.Generator, name: str, poses: Measuring | 
 def _encoders(rng: np.random.Generator) -> tuple[Device, ...]:
     """Return a robot's seven encoders, as four nodes with one PDO each."""
     nodes = rng.choice(np.arange(1, 60), 4, replace=False)
-    wheel, joint, link = (int(rng.choice(each)) for each in RESOLUTIONS)
+    wheel, joint, link = (int(rng.choice(choices)) for choices in RESOLUTIONS)
     bits = int(rng.choice([24, 32]))
     devices = []
     for node, group in zip(nodes.tolist(), GROUPS, strict=True):

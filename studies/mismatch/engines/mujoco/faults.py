@@ -42,7 +42,7 @@ class Setting(Draws):
 
     def zero_angle(self, wheel: str) -> float:
         """Return the angle [rad] that a wheel's counter shows where the simulated angle is zero."""
-        device = next(each for each in self.devices if each.channel == wheel)
+        device = next(candidate for candidate in self.devices if candidate.channel == wheel)
         return device.sign * device.zero * device.unit / device.resolution
 
 

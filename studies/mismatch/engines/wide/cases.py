@@ -101,15 +101,15 @@ def make(
             continue
         healthy = _healthy(setting, driven, chance, kind)
         hidden = _clear(chance, setting, kind, healthy)
-        faults = [setting.scene.fault(*each.fault) for each in hidden if each.fault[1] != "poses"]
+        faults = [setting.scene.fault(*fault.fault) for fault in hidden if fault.fault[1] != "poses"]
         driven = setting.scene.driven(faults)
         if _is_driveable(setting.robot, driven):
             break
-    measuring = measuring or _aged(setting.measuring, [each.fault for each in hidden])
-    labels = [_label(each, setting, driven, healthy) for each in hidden]
+    measuring = measuring or _aged(setting.measuring, [fault.fault for fault in hidden])
+    labels = [_label(fault, setting, driven, healthy) for fault in hidden]
     write(folder / "1", setting.robot, driven, measuring, float(chance.choice(DROPPED)), chance)
     return {
-        **case_label(kind, labels, weak=any(each.strength < CLEAR for each in hidden)),
+        **case_label(kind, labels, weak=any(fault.strength < CLEAR for fault in hidden)),
         "poses": "none" if measuring is None else f"{measuring.period:g} s", "drive": setting.kind,
         "trucks": setting.robot.trucks, "period": setting.robot.period, "secondary": secondary(measuring),
         "roughness": setting.scene.floor.roughness,
@@ -117,7 +117,7 @@ def make(
 
 
 def _healthy(setting: _Setting, driven: Log, chance: Generator, kind: str) -> _Healthy:
-    noisy, drive = (seen(setting.robot, driven, setting.measuring, each) for each in (chance, None))
+    noisy, drive = (seen(setting.robot, driven, setting.measuring, source) for source in (chance, None))
     ruler = Ruler(Noise.of([residual(noisy)]), (residual(drive),))
     return _Healthy(drive, ruler, _smooth(setting, []) if kind == "unknown" else {})
 
@@ -129,7 +129,7 @@ def _clear(chance: Generator, setting: _Setting, kind: str, healthy: _Healthy) -
         hidden = [
             _Hidden(fault, _change(fault, setting, healthy)) for fault in _faults(chance, setting, kind)
         ]
-        if all(each.strength >= CLEAR and _is_beyond(each, healthy) for each in hidden):
+        if all(one.strength >= CLEAR and _is_beyond(one, healthy) for one in hidden):
             break
     return hidden
 
@@ -183,8 +183,8 @@ def _places(effect: str, note: str, setting: _Setting) -> list[str]:
     places = list(UNNAMED[note] if effect == "unknown" else VOCABULARY[effect].components)
     if effect in {"latency", "clock_drift"}:
         places = [*JOINTS, "link", *WHEELS] + (["poses"] if dense else [])
-    own = {*robot.channels, *"ab"[: robot.trucks], "poses"}
-    return [place for place in places if place in own]
+    components = {*robot.channels, *"ab"[: robot.trucks], "poses"}
+    return [place for place in places if place in components]
 
 
 def _aged(measuring: Measuring | None, hidden: list[Fault]) -> Measuring | None:
@@ -227,16 +227,16 @@ def _change(fault: Fault, setting: _Setting, healthy: _Healthy) -> Array:
 def _label(hidden: _Hidden, setting: _Setting, driven: Log, healthy: _Healthy) -> dict[str, Any]:
     """Return the label of a fault, with its strength and what this drive cannot tell from it."""
     effect, component, parameters = hidden.fault
-    own = label(effect, component, parameters)
+    labelled = label(effect, component, parameters)
     others = alike(hidden.change, effect, component, parameters, [healthy.drive], healthy.ruler)
-    own["sigmas_above_noise"] = round(hidden.strength, 2)
-    own["acceptable"] = separations(others)
+    labelled["sigmas_above_noise"] = round(hidden.strength, 2)
+    labelled["acceptable"] = separations(others)
     if effect == "unknown":
-        own["kind"] = parameters["kind"]
-        own["outside"] = round(outside(hidden.change, healthy.drive, healthy.ruler), 3)
+        labelled["kind"] = parameters["kind"]
+        labelled["outside"] = round(outside(hidden.change, healthy.drive, healthy.ruler), 3)
     if effect == "bump":
-        set_bump_times(own, driven.time, driven.counts[:, setting.robot.channels.index(component)])
-    return own
+        set_bump_times(labelled, driven.time, driven.counts[:, setting.robot.channels.index(component)])
+    return labelled
 
 
 KNOTS = 7  # of a curve, evenly spaced in the quantity's quantiles
@@ -260,7 +260,7 @@ def _left(change: Array, drive: Drive, ruler: Ruler) -> Iterator[float]:
     """Yield the share of a change that each curve leaves."""
     whole = float(np.linalg.norm(change))
     for curve in _curves(drive) if whole > 0.0 else ():
-        yield left_of(change, [ruler.change([each]) for each in curve]) / whole
+        yield left_of(change, [ruler.change([term]) for term in curve]) / whole
 
 
 def _curves(drive: Drive) -> Iterator[list[Drive]]:
