@@ -17,7 +17,7 @@ from omnimate.files.logs.blocks import LogReadResult, read_log
 from omnimate.files.logs.formats.candump_text import candump_text
 from omnimate.files.logs.recording_to_frames import frames_of_recording
 from omnimate.files.recordings.events_jsonl import EVENTS
-from omnimate.files.recordings.poses_csv import POSITIVE_SIGMA, read_poses, write_poses
+from omnimate.files.recordings.poses_csv import read_poses, write_poses
 from omnimate.files.recordings.run_toml import read_run, write_run
 from omnimate.vehicle.atomic import write_bytes
 from omnimate.vehicle.errors import RecordingError
@@ -95,7 +95,7 @@ def save_recording(recording: Recording, folder: Path | str, *, compress: bool =
     With `compress`, `can.log.gz` is written instead of `can.log`.
 
     Raises:
-        RecordingError: The folder cannot be written, or a time or a standard deviation cannot be read back.
+        RecordingError: The folder cannot be written, or a time cannot be read back.
     """
     folder = Path(folder)
     _check_readable(recording)
@@ -116,14 +116,12 @@ def save_recording(recording: Recording, folder: Path | str, *, compress: bool =
 
 
 def _check_readable(recording: Recording) -> None:
-    """Raise an error for times and standard deviations that could not be read back."""
+    """Raise an error for times that could not be read back."""
     wrong = recording.time[~((recording.time >= 0.0) & (recording.time <= LATEST_TIME))]
     if len(wrong):
         raise RecordingError(
             recording.source, f"time {wrong[0]:g} s; expected seconds since 1970, 0 to {LATEST_TIME:.0f}"
         )
-    if recording.poses is not None and np.any(recording.poses.sigma <= 0.0):
-        raise RecordingError(recording.source, f"poses with sigma 0 or below; {POSITIVE_SIGMA} (nan)")
 
 
 def _check_clock(recording: Recording, folder: Path) -> None:

@@ -85,12 +85,6 @@ def test_a_time_that_no_log_holds_is_refused_and_the_folder_stays_as_it_is(vehic
     assert_equal(load_recording(tmp_path), before)
 
 
-def test_poses_whose_standard_deviation_is_zero_are_not_saved(vehicle, tmp_path):
-    exact = Poses(np.array([START]), np.array(["a"]), np.zeros((1, 3)), np.zeros((1, 3)))
-    with pytest.raises(RecordingError, match="expected a standard deviation above 0"):
-        save_recording(recording_of(vehicle, poses=exact), tmp_path / "drive")
-
-
 @settings(max_examples=25)
 @given(data=st.data())
 def test_any_drive_survives_the_bus(robot_toml, tmp_path, data):

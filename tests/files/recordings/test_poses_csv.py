@@ -29,8 +29,8 @@ def test_a_wrong_pose_is_named_with_its_line(tmp_path, line, problem):
     assert caught.value.source.endswith("poses.csv:3")
 
 
-def test_empty_cells_are_unknown_and_pi_may_be_rounded(tmp_path):
-    (tmp_path / "poses.csv").write_text(f"{HEADER}0,a,,2,3.1416,,0.1,\r\n\r\n")
+def test_empty_cells_and_a_sigma_of_zero_are_unknown_and_pi_may_be_rounded(tmp_path):
+    (tmp_path / "poses.csv").write_text(f"{HEADER}0,a,,2,3.1416,,0.1,0\r\n\r\n")
     poses = read_poses(tmp_path / "poses.csv")
     assert np.isnan(poses.pose[0, 0])
     assert abs(poses.pose[0, 2]) == pytest.approx(np.pi, abs=1e-5)

@@ -139,9 +139,11 @@ time = { column = "stamp", unit = "ms", offset = -5.0 }
     np.testing.assert_allclose(back.sigma, [[0.001, np.nan, np.nan], [0.002, np.nan, np.nan]])
 
 
-@pytest.mark.parametrize("sigma", ["0", "-1"])
-def test_a_standard_deviation_that_is_not_above_zero_is_named_with_its_line(folder, sigma):
-    text = f"t,left,right,x,y,yaw,s\n0,1,2,0,0,0,1\n0.02,2,3,,,,\n0.04,4,5,1,2,0,{sigma}\n"
+def test_a_standard_deviation_of_zero_is_unknown_and_a_negative_one_is_named_with_its_line(folder):
+    text = "t,left,right,x,y,yaw,s\n0,1,2,0,0,0,1\n0.02,2,3,,,,\n0.04,4,5,1,2,0,{}\n"
+    unknown = read_csv(*written(folder, text.format(0), MAPPING + POSES + 'sigma_x = "s"\n'))
+    assert np.isnan(unknown.poses.sigma[-1, 0])
+    text = text.format(-1)
     with pytest.raises(SourceError, match=r"csv:4: .*expected a standard deviation above 0"):
         read_csv(*written(folder, text, MAPPING + POSES + 'sigma_x = "s"\n'))
 
