@@ -7,7 +7,7 @@ from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from fastapi.responses import FileResponse
 from fastapi.staticfiles import StaticFiles
 from starlette.requests import ClientDisconnect
@@ -27,6 +27,7 @@ from omnimate.service.routes import (
     umbmark_sessions,
     vehicles,
 )
+from omnimate.service.routes.common import refuse_unknown_query
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
@@ -69,7 +70,7 @@ def create_app(components: Components) -> FastAPI:
     app.add_middleware(Limits, settings=components.settings)
     app.add_middleware(RequestIds)
     for routes in ROUTES:
-        app.include_router(routes.router)
+        app.include_router(routes.router, dependencies=[Depends(refuse_unknown_query)])
     app.mount("/page", StaticFiles(directory=PAGE), name="page")
     app.add_route("/", _page("index.html"), include_in_schema=False)
     app.add_route("/docs", _page("docs.html"), include_in_schema=False)

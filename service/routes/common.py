@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Generic, TypeVar
 
 from fastapi import Header, Query, Request
+from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel
 
 from omnimate.service.errors import MediaTypeError
@@ -49,6 +50,19 @@ def require_type(request: Request, types: tuple[str, ...], of: str) -> None:
         raise MediaTypeError(
             f"content type {kind!r}; send the header Content-Type: {types[0]} with {of} (curl --data-binary)"
         )
+
+
+def refuse_unknown_query(request: Request) -> None:
+    """Refuse query parameters that the document of a call does not have, such as a filter with a typo."""
+    if request.query_params:
+        calls = request.app.openapi()["paths"].get(request.scope["route"].path, {})
+        parameters = calls.get(request.method.lower(), {}).get("parameters", [])
+        known = {parameter["name"] for parameter in parameters if parameter["in"] == "query"}
+        unknown = [name for name in request.query_params if name not in known]
+        if unknown:
+            raise RequestValidationError(
+                [{"type": "extra_forbidden", "loc": ("query", name), "input": name} for name in unknown]
+            )
 
 
 def etag(content: object) -> str:
