@@ -41,7 +41,7 @@ export async function showResult(solved, changed) {
 async function showPlot() {
   const holder = $("plot");
   try {
-    const answer = await call("GET", `/v1/umbmark/sessions/${session.id}/plot.svg?theme=${getComputedStyle(document.documentElement).getPropertyValue("--theme").trim()}`);
+    const answer = await call("GET", `/v1/umbmark/sessions/${session.id}/plot.svg`);
     const picture = drawing(await answer.text());
     picture.setAttribute("role", "img");
     picture.setAttribute("aria-label", t("Return errors before and after calibration"));
