@@ -273,11 +273,17 @@ class Load:
 async def soak(
     service: Service, load: Load, database: Path, seconds: float, rates: tuple[float, float], listeners: int
 ) -> list[Row]:
-    """Return a row for each interval of a service under load, for some reads and posts a second (`rates`)."""
-    root, began, rows = psutil.Process(service.process.pid), time.monotonic(), list[Row]()
+    """Return a row for each interval of a service under load, for some reads and posts a second (`rates`).
+
+    The first row has all processes: robots are killed after it.
+    """
+    root, rows = psutil.Process(service.process.pid), list[Row]()
+    while robot_of(forkserver_of(root)) is None:
+        await asyncio.sleep(0.1)
+    began = time.monotonic()
     others: list[Coroutine[None, None, None]] = [load.listen() for _ in range(listeners)]
     others += [load.upload(), load.break_off(), load.diagnose(), load.drive()]
-    tasks = [asyncio.create_task(other) for other in (*others, load.kill_robots(root, seconds))]
+    tasks = [asyncio.create_task(other) for other in others]
     try:
         while time.monotonic() - began < seconds:
             reads, posts = await asyncio.gather(
@@ -289,6 +295,8 @@ async def soak(
             size = sum(path.stat().st_size for path in database.parent.glob(f"{database.name}*"))
             row = {"seconds": time.monotonic() - began} | processes(root) | {"database": size / 1e6}
             rows.append(row | percentiles("reads", reads) | percentiles("posts", posts))
+            if len(rows) == 1:
+                tasks.append(asyncio.create_task(load.kill_robots(root, seconds)))
     finally:
         for task in tasks:
             task.cancel()
