@@ -160,8 +160,8 @@ def score_meanings(bus: Bus, findings: Findings) -> Iterator[str]:
         else:
             yield "wheels: right"
             yield f"wheels: direction {_said(bool(wheel.forward), wheel.forward == field_.sign)}"
-    not_told = "wheels: not told" + (" (robot with no wheel told)" if not wheels else "")
-    yield from [not_told] * len(measured - set(names))
+    not_stated = "wheels: not stated" + (" (robot with no wheel stated)" if not wheels else "")
+    yield from [not_stated] * len(measured - set(names))
     if len(wheels) == 4 and measured.issuperset(names):
         trucks = _grouped((wheel.truck, name[9]) for wheel, name in zip(wheels, names, strict=True))
         sides = _grouped((wheel.side, name[11]) for wheel, name in zip(wheels, names, strict=True))
@@ -189,8 +189,8 @@ def score_meanings(bus: Bus, findings: Findings) -> Iterator[str]:
     yield from _score_sending(bus, findings)
 
 
-def _said(is_told: bool, is_right: bool) -> str:
-    return ("right" if is_right else "wrong") if is_told else "not told"
+def _said(is_stated: bool, is_right: bool) -> str:
+    return ("right" if is_right else "wrong") if is_stated else "not stated"
 
 
 def _grouped(pairs: Iterable[tuple[int | None, str]]) -> dict[int | None, set[str]]:

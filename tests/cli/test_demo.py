@@ -47,7 +47,7 @@ def test_the_demo_repeats_exactly(omnimate, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("faults", "told"),
+    ("faults", "named"),
     [
         (["reboot:node=2,at=6"], ["restarted (boot-up)", "configured again", "a.right (reboot)"]),
         (["silence:node=2,at=6,duration=1"], ["no valid answer to SYNC", "a.right (missing)"]),
@@ -59,7 +59,7 @@ def test_the_demo_repeats_exactly(omnimate, tmp_path):
     ],
 )
 def test_a_node_that_fails_mid_square_costs_what_the_lost_samples_explain(
-    omnimate, accepted, tmp_path, faults, told
+    omnimate, accepted, tmp_path, faults, named
 ):
     """The run finishes, the report says what happened, and the return errors stay where they were.
 
@@ -71,7 +71,7 @@ def test_a_node_that_fails_mid_square_costs_what_the_lost_samples_explain(
         RETURNS["quiet"] = returns(omnimate("demo", "--out", tmp_path / "quiet", *SMALL).out)
     options = [word for fault in faults for word in ("--fault", fault)]
     result = accepted("demo", "--out", tmp_path / "faulty", *SMALL, *options)
-    for words in told:
+    for words in named:
         assert words in result.out
     difference = np.abs(returns(result.out) - RETURNS["quiet"])
     assert difference[:, :2].max() < 0.03

@@ -48,9 +48,9 @@ def efficiency(labels: Mapping[str, Label], answers: Mapping[str, Answer]) -> Ef
         if label["kind"] == "injected" and name in answers
     ]
     strength = np.array([strength for strength, _ in pairs], np.float64)
-    flags = np.array([flags for _, flags in pairs], bool)
-    offset, slope = _logistic(np.log(strength), flags)
-    return Efficiency(strength, flags, offset, slope)
+    hits = np.array([hit for _, hit in pairs], bool)
+    offset, slope = _logistic(np.log(strength), hits)
+    return Efficiency(strength, hits, offset, slope)
 
 
 def _logistic(at: Array, hit: NDArray[np.bool_]) -> tuple[float, float]:

@@ -38,7 +38,7 @@ Build = Callable[[Setting], Fault]
 # Share of a change without a law that a name may leave; it then explains three quarters of its power.
 MOST = 0.5
 # What contacts do to every robot: tyres creep, skid and scrub.
-EVERYDAY = ("lateral_slip", "traction_slip", "turn_scrub", "wheelbase")
+BACKGROUND = ("lateral_slip", "traction_slip", "turn_scrub", "wheelbase")
 
 
 def alike(
@@ -65,13 +65,13 @@ def alike(
     ]
 
 
-def everyday(healthy: Seen, ruler: Ruler, missed: Array) -> list[dict[str, Any]]:
+def background(healthy: Seen, ruler: Ruler, missed: Array) -> list[dict[str, Any]]:
     """Return what is true of the healthy robot beside any fault: naming it is right, missing it no mistake.
 
     `missed` is what dead reckoning misses of it, whitened, shape `(K,)`.
     """
     columns = {
-        name: change for name, change in rivals("", {}, [healthy], ruler).items() if name[0] in EVERYDAY
+        name: change for name, change in rivals("", {}, [healthy], ruler).items() if name[0] in BACKGROUND
     }
     whole = float(np.linalg.norm(missed))
     present = [
@@ -346,7 +346,7 @@ def _written(
     chassis = case.setting.chassis
     return {
         **case_label(kind, labels, weak=any(each["sigmas_above_noise"] < CLEAR for each in labels)),
-        "secondary": everyday(healthy, ruler, ruler.noise.whitened([untouched])),
+        "secondary": background(healthy, ruler, ruler.noise.whitened([untouched])),
         "engine": "pybullet",
         "robot": chassis.name,
         "creep": chassis.creep,
