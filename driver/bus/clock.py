@@ -53,7 +53,7 @@ class WallClock:
     The `period` between two SYNCs is in [s]; `skipped` counts periods that have passed without a SYNC.
     """
 
-    inline = False  # an SDO dialogue runs beside SYNC, in a thread
+    inline = False  # an SDO dialogue runs in a thread, while SYNC goes on
 
     def __init__(self, period: float) -> None:
         self.period = period

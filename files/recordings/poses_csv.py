@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 HEADER = "t,body,x,y,theta,sigma_x,sigma_y,sigma_theta"
 _NAMES = HEADER.split(",")
-NO_SIGMA = "expected a standard deviation above 0; 0, or none, where it is unknown"
+EXPECTED_SIGMA = "expected a standard deviation above 0; 0, or none, where it is unknown"
 _ROUNDING = 1e-5  # [rad] rounding error of pi written with four decimals
 
 
@@ -71,7 +71,7 @@ def _row(line: str, place: str, trucks: Collection[str]) -> tuple[str, list[floa
         raise RecordingError(place, f"theta {cells[4]} is outside (-pi, pi]; it is an angle in radians")
     for name, value in zip(_NAMES[-3:], values[-3:], strict=True):
         if value < 0:
-            raise RecordingError(place, f"{name} {value:g}; {NO_SIGMA}")
+            raise RecordingError(place, f"{name} {value:g}; {EXPECTED_SIGMA}")
     return cells[1], [*values[:-3], *(value or math.nan for value in values[-3:])]
 
 

@@ -272,7 +272,7 @@ def _merged(findings: Sequence[Finding]) -> list[Finding]:
     for finding in findings:
         name = finding.key, finding.where.regime if finding.effect == UNKNOWN else ""
         if name in merged:
-            first, last = sorted((merged[name], finding), key=lambda same: -same.probability)
+            first, last = sorted((merged[name], finding), key=lambda one: -one.probability)
             where = replace(
                 first.where,
                 intervals=tuple(sorted({*first.where.intervals, *last.where.intervals})),

@@ -179,7 +179,7 @@ class Term:
 
     @property
     def nuisance_size(self) -> float:
-        """What any robot meets of it at some moment, in declared sizes: no column is everyday for that."""
+        """What any robot meets of it at some moment, in declared sizes: no column is nominal for that."""
         return 0.0
 
     @property

@@ -123,7 +123,7 @@ def _columns(windows: Windows, shared: Curves, *, turned: bool) -> Iterator[tupl
 def errors(windows: Windows) -> list[Error]:
     """Return every error that a robot may have."""
     signals = windows.signals
-    known = [
+    possible = [
         Error(
             component,
             "travel" if len(wheels) == 1 else "",
@@ -136,18 +136,18 @@ def errors(windows: Windows) -> list[Error]:
     for number, truck in enumerate(signals.trucks):
         distance, yaw = PER_METRE * np.abs(block.twist[:, number, 0]), PER_TURN * block.twist[:, number, 2]
         turn = partial(_moves, windows, number, 2, yaw)
-        known.append(Error(truck, "creep", partial(_moves, windows, number, 1, distance)))
-        known.append(Error(truck, "turn", turn, constant_is_calibrated=True))
-        known.append(
+        possible.append(Error(truck, "creep", partial(_moves, windows, number, 1, distance)))
+        possible.append(Error(truck, "turn", turn, constant_is_calibrated=True))
+        possible.append(
             Error(truck, "yaw", partial(_moves, windows, number, 2, distance / block.wheelbase[number]))
         )
     for row, name in enumerate(LINKAGE[: windows.linkage]):
-        known.append(Error(name, "reading", partial(_reading, windows, (row,))))
+        possible.append(Error(name, "reading", partial(_reading, windows, (row,))))
     if signals.poses is not None:
         for axis in range(3):
             rows = tuple(windows.linkage + 3 * truck + axis for truck in range(len(signals.trucks)))
-            known.append(Error("poses", "", partial(_reading, windows, rows)))
-    return known
+            possible.append(Error("poses", "", partial(_reading, windows, rows)))
+    return possible
 
 
 def _rolling(windows: Windows) -> list[tuple[str, tuple[int, ...]]]:

@@ -62,13 +62,9 @@ def store_day(files: Files, content: bytes, limit: int, now: float) -> Upload:
     parts = [_parts(folder) for folder in stored]
     return Upload(
         recordings=len(stored),
-        robots=sorted({robot for robot, _, _ in parts}),
-        days=sorted({day for _, day, _ in parts}),
-        refused=[
-            Failure(robot=robot, day=day, recording=recording, problem=problem)
-            for folder, problem in unreadable.items()
-            for robot, day, recording in [_parts(folder)]
-        ],
+        robots=sorted({part["robot"] for part in parts}),
+        days=sorted({part["day"] for part in parts}),
+        refused=[Failure(**_parts(folder), problem=problem) for folder, problem in unreadable.items()],
     )
 
 
@@ -78,10 +74,10 @@ def _none_readable(unreadable: dict[str, str]) -> str:
     return f"none of {len(problems)} recordings can be read, and none was stored; mend them: {shown}"
 
 
-def _parts(folder: str) -> tuple[str, str, str]:
-    """Return robot, day and recording of a folder `robot=NAME/day=YYYY-MM-DD/RECORDING`."""
+def _parts(folder: str) -> dict[str, str]:
+    """Return robot, day and recording of a folder `robot=NAME/day=YYYY-MM-DD/RECORDING`, by these names."""
     robot, day, recording = folder.split("/")
-    return robot.removeprefix("robot="), day.removeprefix("day="), recording
+    return {"robot": robot.removeprefix("robot="), "day": day.removeprefix("day="), "recording": recording}
 
 
 def _checked(names: list[str], last: str) -> dict[str, set[str]]:

@@ -50,7 +50,6 @@ async function showPlot() {
     holder.replaceChildren(el("p", { class: "message", "data-kind": "wrong" }, problem.message));
   }
 }
-document.addEventListener("theme", () => session && showPlot());
 
 function truckCard(truck, { errors, methods, advice, second_pass: pass, nominal, calibrated }, chosen) {
   const better = errors.after > 0 ? errors.e_max_syst / errors.after : Infinity;

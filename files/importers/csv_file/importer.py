@@ -17,7 +17,7 @@ from omnimate.files.importers.robots import robot_of
 from omnimate.files.importers.series import Series, check_times, merge_poses, poses_of
 from omnimate.files.importers.tables import Table, read_table
 from omnimate.files.importers.units import METRES, RADIANS, SECONDS, UNITS
-from omnimate.files.recordings.poses_csv import NO_SIGMA
+from omnimate.files.recordings.poses_csv import EXPECTED_SIGMA
 from omnimate.vehicle.recording import Lap, Run
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def _poses(
         entry.done()
         wrong = np.flatnonzero((sigma < 0.0).any(axis=1))
         if len(wrong):
-            raise SourceError(f"{held.path}:{held.lines[wrong[0]]}", f"{entry.source}: {NO_SIGMA}")
+            raise SourceError(f"{held.path}:{held.lines[wrong[0]]}", f"{entry.source}: {EXPECTED_SIGMA}")
         if not np.isfinite(pose).any():
             raise MappingError(entry.source, "no pose in it; expected columns x and y, or theta")
         yield poses_of(truck, when, pose, np.where(sigma == 0.0, np.nan, sigma))
