@@ -14,8 +14,9 @@ from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, frames_of
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from omnimate.driver.robot.bus_watch import RobotView, Snapshot
+    from omnimate.driver.robot.bus_watch import Snapshot
     from omnimate.driver.robot.events import Event
+    from omnimate.driver.robot.robot_watch import RobotView
     from omnimate.files.logs.decoding import FrameDecoder
     from omnimate.files.logs.live_table import LiveRow
 

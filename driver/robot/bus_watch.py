@@ -1,11 +1,10 @@
-"""Receives from a bus in a background thread, and sends nothing; follows a robot on it by its odometry.
+"""Receives from a bus in a background thread, and sends nothing.
 
 At every `REFRESH` it makes a `Snapshot`, which is immutable, so that any thread may read it.
 """
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections import deque
@@ -20,103 +19,25 @@ from omnimate.driver.bus.replay import LogBus
 from omnimate.driver.errors import BusError, in_one_line
 from omnimate.driver.robot.bus_load import frame_bits
 from omnimate.driver.robot.events import EventLog
-from omnimate.driver.robot.passive import PassiveReader
 from omnimate.driver.robot.recorder import Recorder
+from omnimate.driver.robot.robot_watch import SPAN, RobotWatch
 from omnimate.files.logs.bus_events import BusEvents
-from omnimate.files.logs.decoding import encoder_conversion
 from omnimate.files.logs.formats.candump_writer import CandumpWriter
 from omnimate.files.logs.formats.python_can_logs import frame_of_message
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD
 from omnimate.files.logs.live_table import LiveTable
 from omnimate.files.logs.seen_mapping import seen_object
 from omnimate.vehicle.errors import OmnimateError, RecordingError
-from omnimate.vehicle.odometry import Odometer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from omnimate.driver.bus.clock import Clock
     from omnimate.driver.robot.events import Event
+    from omnimate.driver.robot.robot_watch import RobotView
     from omnimate.files.logs.bus_events import NodeSeen
     from omnimate.files.logs.live_table import LiveRow
-    from omnimate.vehicle.arcs import PoseTuple
-    from omnimate.vehicle.parameters import Channel, TruckName, VehicleParameters
-    from omnimate.vehicle.sample import Sample
-
-LINKAGE: tuple[Channel, ...] = ("joint_a", "joint_b", "link")
-SPAN = 4  # snapshots over which speeds and the load of the bus are taken
-
-
-@dataclass(frozen=True, slots=True)
-class RobotView:
-    """Where the robot is by the last sample."""
-
-    samples: int  # number of samples
-    missing: tuple[Channel, ...]  # channels that the last sample lacks
-    linkage: Mapping[Channel, float]  # angle of each joint [rad] and length of the link [m]
-    # speed of each wheel over the last second [m/s], by the time stamps of its frames
-    speeds: Mapping[Channel, float]
-    # pose of each truck by odometry, from zero at the first sample [m, m, rad]
-    poses: Mapping[TruckName, PoseTuple]
-
-
-class RobotWatch:
-    """The robot by its odometry, which continues from the last pose when a lost bus is back."""
-
-    def __init__(self, vehicle: VehicleParameters) -> None:
-        self._vehicle = vehicle
-        self._reader: PassiveReader | None = None
-        self._poses: dict[TruckName, PoseTuple] = dict.fromkeys(vehicle.trucks, (0.0, 0.0, 0.0))
-        self._samples = 0
-        self._sample: Sample | None = None
-        self._before: deque[Sample] = deque(maxlen=SPAN + 1)
-
-    def follow(self, bus: BusWatch, clock: Clock) -> None:
-        """Take the samples of a bus until it fails with BusError, with the times of a clock."""
-        self._reader = PassiveReader(self._vehicle, cast("can.BusABC", bus), recorder=bus, clock=clock)
-        self._before.clear()
-        odometers = {truck: Odometer(self._vehicle, truck, start) for truck, start in self._poses.items()}
-        for sample in self._reader.samples(idle=math.inf, patience=math.inf):
-            for truck, odometer in odometers.items():
-                self._poses[truck] = odometer.step(sample)
-            self._samples += 1
-            self._sample = sample
-
-    def events(self) -> tuple[Event, ...]:
-        """Return the events of the robot's nodes."""
-        return () if self._reader is None else self._reader.report().events
-
-    def view(self) -> RobotView | None:
-        """Return where the robot is by the last sample; None before the first."""
-        sample, vehicle = self._sample, self._vehicle
-        if sample is None:
-            return None
-        if not self._before or self._before[-1] is not sample:
-            self._before.append(sample)
-        columns = {channel: column for column, channel in enumerate(vehicle.channels)}
-        speeds = {wheel: self._speed(wheel, columns[wheel]) for wheel in vehicle.wheels}
-        linkage = {
-            encoder.channel: encoder_conversion(encoder, vehicle)(sample.counts[columns[encoder.channel]])
-            for encoder in vehicle.encoders
-            if encoder.channel in LINKAGE
-        }
-        present = zip(vehicle.channels, sample.present, strict=True)
-        missing = tuple(channel for channel, is_present in present if not is_present)
-        return RobotView(self._samples, missing, linkage, speeds, dict(self._poses))
-
-    def _speed(self, wheel: Channel, column: int) -> float:
-        """Return the speed of a wheel over the last `SPAN` snapshots [m/s]; nan where it is unknown."""
-        samples = [sample for sample in self._before if sample.present[column]]
-        if len(samples) < 2:
-            return math.nan
-        first, last = samples[0], samples[-1]
-        passed = last.device_time[column] - first.device_time[column]
-        if not passed > 0.0:  # an adapter without time stamps
-            passed = last.time - first.time
-        counts = last.counts[column] - first.counts[column]
-        return counts * self._vehicle.metres_per_count(wheel) / passed if passed > 0.0 else math.nan
-
+    from omnimate.vehicle.parameters import VehicleParameters
 
 REFRESH = 0.25  # [s] between two snapshots
 POLL = 0.1  # [s] after which a silent bus is asked again
@@ -247,7 +168,7 @@ class BusWatch:
     def _follow(self) -> None:
         """Receive until the bus fails or the watch ends."""
         if self._robot is not None:
-            self._robot.follow(self, self._clock)
+            self._robot.follow(cast("can.BusABC", self), self, self._clock)
         while True:
             message = self.recv()
             if message is not None:

@@ -18,10 +18,11 @@ from omnimate.driver.errors import BusError, BusLost, in_one_line
 from omnimate.driver.robot.bus_load import check_load, forecast_load
 from omnimate.driver.robot.configure import ConfigurationReport, with_target_bits
 from omnimate.driver.robot.drives import Drives
-from omnimate.driver.robot.encoder_nodes import EncoderNodes, Recovery
+from omnimate.driver.robot.encoder_nodes import EncoderNodes
 from omnimate.driver.robot.events import Trouble
 from omnimate.driver.robot.flight_recorder import FlightRecorder
 from omnimate.driver.robot.monitor import Monitor
+from omnimate.driver.robot.recovery import Recovery
 from omnimate.driver.robot.report import DriverReport, make_report
 from omnimate.driver.robot.stalled_wheels import StallDetector
 

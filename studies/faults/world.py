@@ -30,7 +30,7 @@ from canopen.sdo import client
 
 from omnimate.driver.errors import BusError
 from omnimate.driver.robot import driver as driver_module
-from omnimate.driver.robot import encoder_nodes
+from omnimate.driver.robot import recovery as recovery_module
 from omnimate.files.logs.formats import candump_writer
 from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.faults import Reboot
@@ -409,7 +409,7 @@ def in_time_of(world: World) -> Iterator[None]:
             (time, "time", world.time),
             (time, "sleep", world.sleep),
             (driver_module, "open_bus", world.open),
-            (encoder_nodes, "ThreadPoolExecutor", partial(Worker, world)),
+            (recovery_module, "ThreadPoolExecutor", partial(Worker, world)),
             (client, "queue", answers),
             (os, "fsync", world.fsync),
             (candump_writer, "threading", threads),

@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from omnimate.cli.descriptions import descriptions
-from omnimate.driver.robot.bus_watch import RobotView, Snapshot, Traffic
+from omnimate.driver.robot.bus_watch import Snapshot, Traffic
 from omnimate.driver.robot.events import Event
+from omnimate.driver.robot.robot_watch import RobotView
 from omnimate.files.logs.bus_events import NodeSeen
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE, Frame
 from omnimate.files.logs.live_table import LiveRow

@@ -7,7 +7,7 @@ import time
 import pytest
 from can.interfaces.socketcan import constants
 
-from omnimate.driver.bus.bus import SO_TIMESTAMPING, SO_TIMESTAMPNS, StampedSocket, _best
+from omnimate.driver.bus.interfaces import SO_TIMESTAMPING, SO_TIMESTAMPNS, StampedSocket, _best
 
 TIMESPEC = struct.Struct("@ll")
 KERNEL, OBSOLETE, ADAPTER = TIMESPEC.pack(1000, 1), TIMESPEC.pack(0, 0), TIMESPEC.pack(2000, 2)

@@ -9,7 +9,8 @@ from omnimate.driver.canopen.pdo_mapping import Entry
 from omnimate.driver.canopen.pdo_parameters import RPDO, TPDO, PdoSetting
 from omnimate.driver.scan.draft import draft_vehicle, positions_of
 from omnimate.driver.scan.node import NodeReading
-from omnimate.driver.scan.scan import BusTraffic, Scan, scan
+from omnimate.driver.scan.scan import Scan, scan
+from omnimate.driver.scan.traffic import BusTraffic
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.errors import VehicleFileError
 from omnimate.vehicle.file import parse_vehicle

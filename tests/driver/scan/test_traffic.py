@@ -3,7 +3,7 @@
 import can
 import pytest
 
-from omnimate.driver.scan.scan import BusTraffic
+from omnimate.driver.scan.traffic import BusTraffic
 
 
 def heard(*frames):

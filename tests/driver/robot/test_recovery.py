@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from omnimate.driver.canopen.node_setup import NodeConfiguration
 from omnimate.driver.errors import BusLost, NodeMissing
-from omnimate.driver.robot.encoder_nodes import FIRST_DELAY, LONGEST_DELAY, Recovery
 from omnimate.driver.robot.events import EventLog
+from omnimate.driver.robot.recovery import FIRST_DELAY, LONGEST_DELAY, Recovery
 
 
 class Script:
