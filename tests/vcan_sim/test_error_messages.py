@@ -7,7 +7,7 @@ from omnimate.effects.file import parse_effects
 from omnimate.vcan_sim.errors import BumpError, FaultError, ProtocolError
 from omnimate.vcan_sim.faults import parse_fault
 from omnimate.vcan_sim.floor import parse_bump
-from omnimate.vcan_sim.hub import parse_send
+from omnimate.vcan_sim.socketcand import parse_send
 from tests.samples import broken
 
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.vcan_sim.errors import ProtocolError
-from omnimate.vcan_sim.hub import CommandReader, format_frame, parse_send
+from omnimate.vcan_sim.socketcand import CommandReader, format_frame, parse_send
 
 frames = st.booleans().flatmap(
     lambda extended: st.builds(

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from omnimate.vcan_sim.errors import Abort, SdoAbort
 from omnimate.vcan_sim.nodes.emergency import HEARTBEAT_ERROR, SYNC_LENGTH, Emergency
+from omnimate.vcan_sim.nodes.exchange import PdoExchange
 from omnimate.vcan_sim.nodes.heartbeat import HeartbeatConsumer, HeartbeatProducer, NodeGuarding
 from omnimate.vcan_sim.nodes.lss import SLAVE, UNCONFIGURED, LssSlave
-from omnimate.vcan_sim.nodes.pdo import PdoExchange
 from omnimate.vcan_sim.nodes.sdo import SdoServer
 from omnimate.vcan_sim.nodes.transmitter import Transmitter
 
