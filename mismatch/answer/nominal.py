@@ -14,24 +14,40 @@ from omnimate.effects.block import LINKAGE
 from omnimate.mismatch.answer.rerun import STRETCH
 from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.heldout import size
-from omnimate.mismatch.noise.levels import filter_of, nominal_levels, open_loop_variance
+from omnimate.mismatch.noise.levels import (
+    LOG_LEVEL_SIGMA,
+    NoiseLevels,
+    filter_of,
+    nominal_levels,
+    open_loop_variance,
+)
 
 if TYPE_CHECKING:
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.vehicle.se2 import Array
 
 
-def innovation_variance(regression: Regression) -> Array:
-    """Return the variance of a nominal robot's innovation in each row, `(V,)`; 1 is this robot's own."""
-    levels = nominal_levels(regression.windows)
+def innovation_variance(regression: Regression, levels: NoiseLevels) -> Array:
+    """Return the variance that each row's innovation has at noise levels, `(V,)`; 1 is this robot's own."""
     spreads = [filter_of(windows, levels).spread for windows in regression.windows]
-    ratios = [nominal / kalman.spread for nominal, kalman in zip(spreads, regression.filters, strict=True)]
+    ratios = [other / kalman.spread for other, kalman in zip(spreads, regression.filters, strict=True)]
     return np.concatenate([ratio[np.isfinite(ratio)] for ratio in ratios])
+
+
+def usual_levels(regression: Regression) -> NoiseLevels:
+    """Return a robot's own noise levels, at least nominal and at most those of a usual robot.
+
+    A level beyond them is no noise of sensors or floor: the mismatch that is asked about may be in it.
+    """
+    nominal = nominal_levels(regression.windows).levels()
+    usual = np.clip(regression.noise.levels(), nominal, nominal + LOG_LEVEL_SIGMA)
+    return NoiseLevels(*np.exp(usual).tolist())
 
 
 def innovations(regression: Regression) -> dict[str, float]:
     """Return by how much a nominal robot misses each channel from one reading to the next, rms; 1 is own."""
-    variance, channel = innovation_variance(regression), regression.channel
+    variance = innovation_variance(regression, nominal_levels(regression.windows))
+    channel = regression.channel
     names = row_names(regression.windows[0])
     return {names[number]: size(variance[channel == number] ** 0.5) for number in np.unique(channel)}
 

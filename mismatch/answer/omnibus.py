@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.effects.block import LINKAGE
-from omnimate.mismatch.answer.nominal import innovation_variance
+from omnimate.mismatch.answer.nominal import innovation_variance, usual_levels
 from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.terms import UNKNOWN_PRIOR
@@ -54,8 +54,8 @@ class Prediction:
     component: str  # component that has the error; of a quantity, the sensor of the channel
     quantity: str  # on which it depends
     channel: str  # name of the channel on which it shows most
-    # of the innovations' square in that channel on stretches that are left out, or of the square of the noise
-    # that is expected, or that a nominal robot has on a nominal floor, where that is larger
+    # of the innovations' square in that channel on stretches that are left out, or of the square of what
+    # `nominal.usual_levels` let expect, where that is larger
     share: float
     gain: float  # fall of the chi-square of all channels there
     columns: Array  # what predicts it, in all rows of the regression, `(V, k)`
@@ -150,7 +150,7 @@ def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int
     p_value = _tail(float(largest[0]), largest[1:])
     if p_value >= ERROR_RATE:
         return Leftover(p_value)
-    expected = np.maximum(1.0, innovation_variance(regression))
+    expected = innovation_variance(regression, usual_levels(regression))
     beyond = np.flatnonzero(gain[:, 0] > largest[1:].max())
     errors = beyond[beyond < len(unknown.terms)]
     strongest = errors if len(errors) else beyond

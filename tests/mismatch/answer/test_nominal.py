@@ -1,11 +1,12 @@
 """A nominal robot misses as much as its own noise levels say, and more than one on a smoother floor."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from omnimate.mismatch.answer.nominal import innovation_variance, innovations, open_loop
+from omnimate.mismatch.answer.nominal import innovation_variance, innovations, open_loop, usual_levels
 from omnimate.mismatch.noise.levels import nominal_levels
 
 
@@ -16,13 +17,20 @@ def nominal(regression, drive, watched):
 
 
 def test_the_innovations_of_a_nominal_robot_are_its_own_noise(nominal):
-    assert innovation_variance(nominal) == pytest.approx(np.ones(len(nominal.channel)))
+    assert innovation_variance(nominal, nominal.noise) == pytest.approx(np.ones(len(nominal.channel)))
     assert list(innovations(nominal).values()) == pytest.approx([1.0] * 9)
 
 
 def test_on_a_smoother_floor_a_nominal_robot_would_miss_more(nominal):
     smooth = nominal.with_noise(replace(nominal.noise, roughness=nominal.noise.roughness / 3.0))
     assert innovations(smooth)["joint_a"] > 1.2
+
+
+def test_noise_is_usual_from_nominal_to_a_factor_of_3_3(nominal):
+    level = nominal.noise.joint_a
+    for factor, usual in ((0.4, 1.0), (2.0, 2.0), (30.0, math.exp(1.2))):
+        robot = nominal.with_noise(replace(nominal.noise, joint_a=factor * level))
+        assert usual_levels(robot).joint_a == pytest.approx(usual * level)
 
 
 def test_open_loop_it_misses_the_channels_that_the_rerun_shows_by_more_than_from_reading_to_reading(nominal):
