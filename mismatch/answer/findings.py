@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.effects import EFFECTS
+from omnimate.effects.block import LINKAGE
 from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.averaged import averaged
 from omnimate.mismatch.answer.constancy import changing_error
-from omnimate.mismatch.answer.doubts import EVEN, SUREST, surest_names, surest_unknown
+from omnimate.mismatch.answer.doubts import EVEN, MISFIT, SUREST, surest_names, surest_unknown
 from omnimate.mismatch.answer.drawn import evidence_of
 from omnimate.mismatch.answer.omnibus import leftover
 from omnimate.mismatch.answer.relevance import relevant
@@ -90,6 +91,7 @@ def answer(investigation: Investigation) -> Diagnosis:
         present += nameless
     findings, traces = relevant(_ordered(_merged(present)), fit, nominal, residuals, summary)
     traces = traces if left.relevant else (*traces, *nameless)
+    findings = (*_beyond_noise(summary, findings), *findings)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)
     if not findings and summary.gain[0] <= summary.gain[1]:  # what was calibrated predicts nothing new better
@@ -158,6 +160,23 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
             depends_on=quantities,
         )
     ]
+
+
+def _beyond_noise(fit: Fit, findings: Sequence[Finding]) -> list[Finding]:
+    """Return the encoder of the linkage that is missed by more than noise, where nothing else is asserted.
+
+    Its noise level is limited (`noise.levels.MAX_ABOVE`): what is worse is faulty. Poses are not asked, as
+    their outliers and distortions are no matter of the robot.
+    """
+    after = {channel: fit.channels[channel].after for channel in LINKAGE if channel in fit.channels}
+    worst = max(after, key=lambda channel: after[channel], default="")
+    if after.get(worst, 0.0) < MISFIT or any(finding.probability >= ASSERTED for finding in findings):
+        return []
+    says = (
+        f"Something that no effect of the library explains acts on {component_in_words(worst)}: where no fit "
+        f"has seen it, it is missed by {after[worst]:.1f} times the noise that is expected of it."
+    )
+    return [Finding(UNKNOWN, worst, EVEN, where=Where((worst,), (), ""), explained=1.0, says=says)]
 
 
 def _finding(

@@ -1,9 +1,13 @@
 """What a doubt takes from a name goes to "unknown", and what is not doubted comes first."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from omnimate.mismatch import diagnose
 from omnimate.mismatch.answer.doubts import EVEN
 from omnimate.mismatch.answer.findings import _alternatives, _ordered
 from omnimate.mismatch.answer.rivals import POSSIBLE, Rivalry
@@ -41,3 +45,18 @@ def test_a_doubted_name_comes_after_what_is_sure_and_a_possibility_last():
     doubted, sure = finding("count_loss", EVEN, 0.9), finding("unknown", 0.99, 0.1)
     larger, possible = finding("wheelbase", 0.8, 0.3), finding("latency", 0.2, 1.0)
     assert _ordered([possible, doubted, sure, larger]) == (larger, sure, doubted, possible)
+
+
+def test_an_encoder_that_scatters_more_than_any_has_is_no_agreement(drive):
+    """Nothing predicts how it scatters, so that no quantity of the drive can show it."""
+    healthy = drive(laps=2)
+    vehicle = healthy.vehicle
+    column, resolution = vehicle.channels.index("joint_b"), abs(vehicle.encoder("joint_b").scale)
+    scatter = 200.0 * max(0.3, 2e-5 / resolution)  # [counts] four times the largest level
+    counts = healthy.counts.copy()
+    counts[:, column] += np.rint(np.random.default_rng(1).normal(0.0, scatter, len(counts))).astype(int)
+    answer = diagnose([replace(healthy, counts=counts)])
+    assert answer.verdict == "mismatch"
+    assert (answer.findings[0].effect, answer.findings[0].component) == ("unknown", "joint_b")
+    assert answer.findings[0].probability == EVEN
+    assert "times the noise" in answer.says
