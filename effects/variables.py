@@ -6,7 +6,7 @@ They are those of the nominal robot: speeds follow from the wheels' turns, joint
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,8 +18,12 @@ from omnimate.vehicle.parameters import WHEELS
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from numpy.typing import NDArray
+
     from omnimate.effects.block import Block
     from omnimate.vehicle.se2 import Array
+
+Number = TypeVar("Number", np.float64, np.complex128)
 
 
 class MotionState(NamedTuple):
@@ -112,7 +116,7 @@ class Motion:
     def past_acceleration(self) -> Array:
         """Mean of the accelerations so far, with exponentially falling weights [m/s^2]."""
         kept = np.exp(-self.block.period / PAST_ACCELERATION_TIME)
-        return _decaying_sum(kept, (1.0 - kept) * self.mean(self.block.acceleration), self.begun.past)
+        return decaying_sum(kept, (1.0 - kept) * self.mean(self.block.acceleration), self.begun.past)
 
     def mean(self, signal: Array) -> Array:
         """Return a signal `(K, W)` of the component's wheel, or the mean of its truck's wheels."""
@@ -125,8 +129,8 @@ class Motion:
 
 
 @compiled
-def _decaying_sum(kept: Array, gained: Array, start: float) -> Array:
-    """Return y (K,) with y[k] = kept[k] y[k - 1] + gained[k]."""
+def decaying_sum(kept: NDArray[Number], gained: NDArray[Number], start: complex) -> NDArray[Number]:
+    """Return y (K,) with y[k] = kept[k] y[k - 1] + gained[k]; the type of `start` is that of y's members."""
     values, last = np.empty_like(gained), start
     for step in range(len(gained)):
         last = kept[step] * last + gained[step]

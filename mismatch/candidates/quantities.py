@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.variables import Motion
+from omnimate.effects.variables import Motion, decaying_sum
 from omnimate.mismatch.candidates.terms import moving_channels, turns
 from omnimate.mismatch.recording.causal_path import FORGETTING
 from omnimate.mismatch.recording.signals import is_dense
@@ -22,6 +22,12 @@ if TYPE_CHECKING:
 
 KNOTS = 5  # of a curve over a quantity, evenly spaced: a drive's large excursions decide, not what jitters
 FOOTPRINT = 0.05  # [m] contact length of a wheel: a robot that strays less meets the same floor
+# The recent past, in steps of a factor of three, and oscillators that are a resonance's width apart
+RECENT_TIMES = (3.0, 10.0, 30.0, 100.0)  # [s] over which a speed is forgotten: from a manoeuvre to a drive
+RECENT_ANGLES = (0.1, 0.3, 1.0)  # [rad] of turning over which its direction is forgotten
+FREQUENCIES = 0.4 * 1.25 ** np.arange(8)  # [Hz] 0.4 to 1.9: what readings four times a second show
+OSCILLATION = "oscillation of {:.1f} Hz after {}"
+DAMPING = 0.1  # of an oscillator, over the critical one
 RARE = 0.005  # share of the samples beyond either end of a curve: too few to identify it there
 
 Curves = dict[str, list["Array"]]
@@ -64,6 +70,9 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
             curves[f"speed of {wheel}"] = bends(block.speed[:, number])
             curves[f"acceleration of {wheel}"] = bends(block.acceleration[:, number])
             curves[f"past acceleration of {wheel}"] = bends(Motion(block, wheel).past_acceleration)
+    speed = np.abs(lead.speeds[:, 0])
+    curves["recent speed"] = [standard(recent(block.period, speed, length)) for length in RECENT_TIMES]
+    curves |= oscillations("accelerations", block.period, lead.mean(block.acceleration))
     noise = noise_of_path(signals)
     for number, truck in enumerate(signals.trucks):
         position, heading = block.place[:, number], block.heading[:, number]
@@ -85,6 +94,8 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
         turning = lead.turn_rates[:, 0]
         curves["turn rate"] = bends(turning)
         curves["yaw acceleration"] = bends(lead.yaw_accelerations[:, 0])
+        curves["turning since a reversal"] = reversals(turning * block.period)
+        curves |= oscillations("turns", block.period, lead.yaw_accelerations[:, 0])
         curves["lateral acceleration"] = bends(turning * lead.speeds[:, 0])
     for number, joint in enumerate(JOINTS if linked else ()):
         if joint in moving:
@@ -130,6 +141,29 @@ def bends(values: Array) -> list[Array]:
     if high - low < 1e-9:
         return []
     return [standard(np.interp(values, knots, ordinate)) for ordinate in np.eye(len(knots))[1:]]
+
+
+def recent(steps: Array, values: Array, length: float) -> Array:
+    """Return the mean of values (K,) so far, forgotten exponentially over a length in the steps' unit."""
+    kept = np.exp(-steps / length)
+    return decaying_sum(kept, (1.0 - kept) * values, 0.0)
+
+
+def reversals(yaw: Array) -> list[Array]:
+    """Return the recent direction of turns (K,) [rad], and whether a turn has it: Dahl's friction (1968)."""
+    direction = np.sign(yaw)
+    states = [recent(np.abs(yaw), direction, angle) for angle in RECENT_ANGLES]
+    return [standard(part) for state in states for part in (state, direction * state)]
+
+
+def oscillations(cause: str, period: Array, acceleration: Array) -> Curves:
+    """Return how an oscillator of each frequency answers an acceleration (K,), in phase and out of phase."""
+    pushed, curves = (acceleration * period).astype(np.complex128), Curves()
+    for frequency in FREQUENCIES:
+        pole = 2.0 * np.pi * frequency * (1j - DAMPING)
+        answer = decaying_sum(np.exp(pole * period), pushed, 0j)
+        curves[OSCILLATION.format(frequency, cause)] = [standard(part) for part in (answer.real, answer.imag)]
+    return curves
 
 
 def standard(values: Array) -> Array:

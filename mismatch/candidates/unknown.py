@@ -16,12 +16,15 @@ import numpy as np
 
 from omnimate.effects.block import LINKAGE
 from omnimate.mismatch.candidates.quantities import shared_quantities
+from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.terms import UNKNOWN, UNKNOWN_PRIOR, Term, turns
 from omnimate.mismatch.recording.response import misread_columns, moved_columns
 from omnimate.mismatch.recording.windows import pushed_by_curves
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+
+    from numpy.typing import NDArray
 
     from omnimate.mismatch.candidates.quantities import Curves
     from omnimate.mismatch.candidates.regression import Regression
@@ -36,6 +39,7 @@ LENGTH = 1e-3  # [m] of the link's or a position's error
 # [1/m] by which a floor repeats itself along the axes of a recording: tiles of 0.25 m to slabs of 1.25 m, so
 # close to each other that one of them stays in phase over a room of five metres
 REPEATS = np.arange(0.8, 4.05, 0.1)
+FIELD = "place and heading on a floor that repeats every {:.2f} m"
 FLOOR = "place on a floor that repeats every {:.2f} m"
 
 
@@ -58,7 +62,8 @@ class UnknownErrors(NamedTuple):
 
     terms: list[Term]  # the candidates
     widths: list[int]  # number of columns of each
-    columns: Array  # all whitened columns, in the same order, `(V, C)`
+    # all whitened columns, in the same order, `(V, C)`; single precision, as there are thousands
+    columns: NDArray[np.float32]
     quantities: dict[str, int]  # of the drive, each with its number of columns in `curves`
     curves: Array  # their curves at the instant of each row, then their changes in its window, `(V, Q)`
 
@@ -73,8 +78,10 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
     groups, white = [], []
     pairs = zip(regression.windows, curves, strict=True)
     for of_recordings in zip(*(_columns(*pair, turned=turned) for pair in pairs), strict=True):
-        groups += of_recordings[0][0]
-        white.append(regression.whitened([columns for _, columns in of_recordings]))
+        of_error, order, _ = of_recordings[0]
+        groups += of_error
+        columns = regression.whitened([columns for *_, columns in of_recordings])
+        white.append(columns[:, order].astype(np.float32))
     odds = UNKNOWN_PRIOR.log_odds - math.log(len(groups) / len({group[:2] for group, _ in groups}))
     terms = [
         Term(UNKNOWN, component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
@@ -97,27 +104,37 @@ def _curves_at_ends(windows: Windows, shared: Curves) -> Array:
     )
 
 
-def _columns(windows: Windows, shared: Curves, *, turned: bool) -> Iterator[tuple[list[Group], Columns]]:
-    """Yield of each error its groups and all their columns, one error at a time, as all take much memory.
+def _columns(
+    windows: Windows, shared: Curves, *, turned: bool
+) -> Iterator[tuple[list[Group], list[int], Columns]]:
+    """Yield of each error its groups, all columns, and their order in the groups, which share a constant.
 
-    Errors per turn are left out where the drive does not turn.
+    That is one error at a time, as all take much memory. Errors per turn are left out where the drive does
+    not turn.
     """
     level = np.ones(len(windows.signals.block))
+    curves = np.stack([level, *(curve for values in shared.values() for curve in values)], axis=1)
+    places = dict(zip(shared, slices_of(map(len, shared.values()), 1), strict=True))
     for error in errors(windows):
         if error.acts_on == "turn" and not turned:
             continue
-        constant = [] if error.constant_is_calibrated else [level]
+        constant = [] if error.constant_is_calibrated else [0]
+        of_groups = [[*constant, *range(place.start, place.stop)] for place in places.values()]
         groups = [
-            ((error.component, error.acts_on, quantity), len(constant) + len(values))
-            for quantity, values in shared.items()
+            ((error.component, error.acts_on, quantity), len(order))
+            for quantity, order in zip(shared, of_groups, strict=True)
         ]
-        curves = [curve for values in shared.values() for curve in (*constant, *values)]
-        yield groups, error.build(np.stack(curves, axis=1))
+        yield groups, [column for order in of_groups for column in order], error.build(curves)
     patterns = [_patterns(windows, wheel) for wheel in range(len(windows.signals.wheels))]
     for component, wheels in _rolling(windows):
         groups = [((component, "", FLOOR.format(1.0 / repeats)), 4) for repeats in REPEATS]
         pushed, misread = (np.sum([patterns[wheel][part] for wheel in wheels], axis=0) for part in (0, 1))
-        yield groups, (pushed, misread)
+        yield groups, list(range(4 * len(REPEATS))), (pushed, misread)
+    for number, truck in enumerate(windows.signals.trucks if turned else ()):
+        groups = [((truck, "", FIELD.format(1.0 / repeats)), 8) for repeats in REPEATS]
+        creep = PER_METRE * np.abs(windows.signals.block.twist[:, number, 0])
+        pulls = _moves(windows, number, 1, creep, _pulls(windows, number))
+        yield groups, list(range(8 * len(REPEATS))), pulls
 
 
 def errors(windows: Windows) -> list[Error]:
@@ -165,9 +182,25 @@ def _patterns(windows: Windows, wheel: int) -> Columns:
     heading = block.heading[:, truck]
     aside = (0.5, -0.5)[wheel % 2] * block.wheelbase[truck]
     place = block.place[:, truck] + aside * np.stack([-np.sin(heading), np.cos(heading)], axis=1)
+    return _way(windows, (wheel,), _waves_at(place).reshape(len(block), -1))
+
+
+def _pulls(windows: Windows, truck: int) -> Array:
+    """Return how far to the left pulls of a floor that repeats itself act, `(N - 1, R * 8)`.
+
+    A pull acts along either axis: on a floor with waves a truck creeps downhill.
+    """
+    block = windows.signals.block
+    heading = block.heading[:, truck]
+    waves = _waves_at(block.place[:, truck]).reshape(len(block), len(REPEATS), 1, 4)
+    left = np.stack([-np.sin(heading), np.cos(heading)], axis=1).reshape(len(block), 1, 2, 1)
+    return np.asarray((waves * left).reshape(len(block), -1))
+
+
+def _waves_at(place: Array) -> Array:
+    """Return cosines and sines of what repeats itself along both axes, of places (K, 2): `(K, R, 4)`."""
     phase = 2.0 * np.pi * REPEATS[:, None] * place[:, None]
-    curves = np.stack([np.cos(phase), np.sin(phase)], axis=-1)
-    return _way(windows, (wheel,), curves.reshape(len(block), -1))
+    return np.stack([np.cos(phase), np.sin(phase)], axis=-1).reshape(len(place), len(REPEATS), 4)
 
 
 def sizes_of(component: str, acts_on: str) -> float:

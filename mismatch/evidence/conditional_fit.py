@@ -205,7 +205,7 @@ class ConditionalFit:
         information = np.einsum("vc,vc->c", columns, columns) - np.einsum("nc,nc->c", shared, coefficients)
         return np.asarray(self._score(columns, coefficients) / np.sqrt(np.maximum(information, 1e-12)))
 
-    def project_out(self, columns: Array) -> Array:
+    def project_out(self, columns: Array | NDArray[np.float32]) -> Array:
         """Return the residuals of further columns (V, C)."""
         columns, shared, _ = self._with_nuisances(columns)
         weights = np.zeros((self._rows.shape[1], columns.shape[1]))
@@ -217,7 +217,7 @@ class ConditionalFit:
         columns, shared, coefficients = self._with_nuisances(columns)
         return columns.T @ columns - shared.T @ coefficients, self._score(columns, coefficients)
 
-    def log_bayes_factors(self, columns: Array, widths: Sequence[int]) -> Array:
+    def log_bayes_factors(self, columns: Array | NDArray[np.float32], widths: Sequence[int]) -> Array:
         """Return the log Bayes factors (K,) of candidates with so many of further columns (V, C) each."""
         places, factors = slices_of(widths), []
         for batch in (places[first : first + BATCH] for first in range(0, len(places), BATCH)):
@@ -229,12 +229,12 @@ class ConditionalFit:
                 factors.append(float(log_bayes_factor(gram, score[part])))
         return np.array(factors)
 
-    def _with_nuisances(self, columns: Array) -> tuple[Array, Array, Array]:
+    def _with_nuisances(self, columns: Array | NDArray[np.float32]) -> tuple[Array, Array, Array]:
         """Return further columns (V, C) with discrepancies as noise, and their projection on the nuisances.
 
         The projection is their products (n, C) with the nuisances, and these' coefficients (n, C) in a fit.
         """
-        columns = self._apply_discrepancy(columns)
+        columns = self._apply_discrepancy(columns.astype(np.float64, copy=False))
         shared = self._nuisance_sizes[:, None] * (self._rows.T @ columns)[self._nuisances]
         return columns, shared, cho_solve(self._products.root, shared)
 

@@ -1,16 +1,17 @@
 """What a fit leaves is predicted by the drive where something is left, and by nothing where only noise is."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.answer.omnibus import ERROR_RATE, leftover
-from omnimate.mismatch.candidates.quantities import shared_quantities
+from omnimate.mismatch.candidates.quantities import OSCILLATION, shared_quantities
 from omnimate.mismatch.candidates.regression import slices_of
-from omnimate.mismatch.candidates.unknown import FLOOR, unknown_errors
+from omnimate.mismatch.candidates.unknown import FIELD, FLOOR, unknown_errors
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, NoiseLevels
 from omnimate.mismatch.recording.signals import signals_of
 
@@ -52,6 +53,9 @@ def test_noise_is_predicted_by_nothing(fit_of, seed):
         ("joint_b", "heading of a"),
         ("left", FLOOR.format(0.5)),
         ("b.right", FLOOR.format(0.4)),
+        ("b", FIELD.format(0.5)),
+        ("joint_b", "oscillation of 0.6 Hz after accelerations"),
+        ("a.left", "recent speed"),
     ],
 )
 def test_what_a_components_error_leaves_is_predicted_by_it(fit_of, component, quantity):
@@ -110,6 +114,25 @@ def test_a_reading_that_follows_the_links_yaw_acceleration_is_unknown_there(driv
     assert answer.verdict == "mismatch"
     assert (answer.findings[0].effect, answer.findings[0].component) == ("unknown", "joint_b")
     assert "yaw acceleration of link" in answer.findings[0].depends_on
+
+
+def test_a_reading_that_oscillates_after_accelerations_is_unknown_there(drive):
+    """The oscillator is scipy's, and its frequency lies between those of the predictors."""
+    healthy = drive(laps=3)
+    vehicle, time = healthy.vehicle, healthy.time
+    turned = 0.5 * (healthy.wheel_angle("a.left") + healthy.wheel_angle("a.right"))
+    speed = np.gradient(turned * 0.5 * vehicle.wheel_diameter("a.left"), time)
+    turn = 2.0 * np.pi * 0.9
+    _, angle, _ = lsim(([0.01 * turn**2], [1.0, 0.1 * turn, turn**2]), np.gradient(speed, time), time)
+    counts = healthy.counts.copy()
+    joint = vehicle.channels.index("joint_b")
+    counts[:, joint] += np.round(angle / vehicle.encoder("joint_b").scale).astype(counts.dtype)
+    answer = diagnose([replace(healthy, counts=counts)])
+    assert answer.verdict == "mismatch"
+    assert (answer.findings[0].effect, answer.findings[0].component) == ("unknown", "joint_b")
+    assert answer.findings[0].depends_on[0] in {
+        OSCILLATION.format(hertz, "accelerations") for hertz in (0.8, 1.0)
+    }
 
 
 def test_what_the_second_truck_answers_to_the_floor_is_no_cause(drive):
