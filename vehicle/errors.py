@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -57,5 +58,7 @@ class RecordingError(OmnimateError):
 def describe_read_error(error: OSError | UnicodeDecodeError) -> str:
     """Return why a text file cannot be read, and what to do where it is no UTF-8."""
     if isinstance(error, UnicodeDecodeError):
+        if error.object.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+            return "it is UTF-16; save the file as UTF-8"
         return f"byte {error.start + 1} is not UTF-8; save the file as UTF-8"
     return error.strerror or str(error)

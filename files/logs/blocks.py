@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import os
-from codecs import BOM_UTF8
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections import deque
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -119,6 +119,8 @@ class LogReader:
                     raise LogError(
                         self.source, None, f"packed by {name}; expected a log, or one packed by gzip"
                     )
+            if head.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+                raise LogError(self.source, None, "it is UTF-16; save the file as UTF-8")
             yield content, foreign_format_of(head)
         except OSError as error:
             raise LogError(self.source, None, f"cannot be read: {error.strerror or error}") from error

@@ -152,6 +152,14 @@ def test_a_log_packed_by_another_than_gzip_names_the_packer(tmp_path, packer, na
         list(LogStream(path))
 
 
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
+def test_a_log_that_an_editor_saved_as_utf_16_says_so(tmp_path, encoding):
+    path = tmp_path / "can.log"
+    path.write_text("\ufeff(1.000000) can0 181#00\n", encoding=encoding)
+    with pytest.raises(LogError, match="it is UTF-16; save the file as UTF-8"):
+        list(LogStream(path))
+
+
 def test_a_file_without_a_frame_is_an_error(tmp_path):
     (tmp_path / "can.log").write_text("nothing\n")
     with pytest.raises(LogError, match="no CAN frame"):

@@ -86,3 +86,9 @@ def test_headings_that_went_round_are_written_as_a_file_has_them(tmp_path):
     write_poses(Poses(np.arange(3.0), np.full(3, "a"), pose, np.full((3, 3), np.nan)), tmp_path / "poses.csv")
     kept = read_poses(tmp_path / "poses.csv")
     np.testing.assert_allclose(kept.pose[:, 2], [2.0 * np.pi - 4.76, 1.25, np.nan])
+
+
+def test_poses_that_an_editor_saved_as_utf_16_say_so(tmp_path):
+    (tmp_path / "poses.csv").write_text("t,body,x,y,theta\n0,a,0,0,0\n", encoding="utf-16")
+    with pytest.raises(RecordingError, match="it is UTF-16; save the file as UTF-8"):
+        read_poses(tmp_path / "poses.csv")
