@@ -35,7 +35,8 @@ class Poses:
         time: Time of each pose on the recording's clock [s], shape `(M,)`.
         body: Truck that was measured, "a" or "b", shape `(M,)`.
         pose: Measured x [m], y [m], theta [rad], shape `(M, 3)`; nan where unknown.
-        sigma: Standard deviations of x [m], y [m], theta [rad], shape `(M, 3)`; nan where unknown.
+        sigma: Standard deviations of x [m], y [m], theta [rad], shape `(M, 3)`; nan where unknown. One of 0,
+            which no measurement has, is unknown.
     """
 
     time: Array
@@ -48,6 +49,7 @@ class Poses:
         shapes = (self.body.shape, self.pose.shape, self.sigma.shape)
         if shapes != ((count,), (count, 3), (count, 3)):
             raise ValueError(f"poses of shapes {shapes} do not belong to {count} times")
+        object.__setattr__(self, "sigma", np.where(self.sigma == 0.0, np.nan, self.sigma))
         _freeze(self.time, self.body, self.pose, self.sigma)
 
     def of(self, truck: TruckName) -> Poses:

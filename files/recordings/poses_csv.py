@@ -72,7 +72,7 @@ def _row(line: str, place: str, trucks: Collection[str]) -> tuple[str, list[floa
     for name, value in zip(_NAMES[-3:], values[-3:], strict=True):
         if value < 0:
             raise RecordingError(place, f"{name} {value:g}; {EXPECTED_SIGMA}")
-    return cells[1], [*values[:-3], *(value or math.nan for value in values[-3:])]
+    return cells[1], values
 
 
 def _number(cell: str, name: str, place: str) -> float:

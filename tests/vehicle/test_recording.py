@@ -57,3 +57,8 @@ def test_an_empty_recording_says_what_it_expected(robot_toml):
 
 def test_between_takes_both_ends_in(recording):
     assert recording.between(0.015, 0.030) == slice(1, 3)
+
+
+def test_a_standard_deviation_of_zero_is_unknown():
+    poses = Poses(np.zeros(1), np.array(["a"]), np.zeros((1, 3)), np.array([[0.0, 0.002, 0.0]]))
+    assert np.isnan(poses.sigma).tolist() == [[True, False, True]]

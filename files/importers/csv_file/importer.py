@@ -124,7 +124,7 @@ def _poses(
             raise SourceError(f"{held.path}:{held.lines[wrong[0]]}", f"{entry.source}: {EXPECTED_SIGMA}")
         if not np.isfinite(pose).any():
             raise MappingError(entry.source, "no pose in it; expected columns x and y, or theta")
-        yield poses_of(truck, when, pose, np.where(sigma == 0.0, np.nan, sigma))
+        yield poses_of(truck, when, pose, sigma)
 
 
 def _optional(cells: CsvTable, table: Table, key: str) -> Array:
