@@ -30,6 +30,7 @@ MIGRATIONS = Path(__file__).with_name("migrations")
 BUSY_TIMEOUT = 10.0  # [s] for other threads and processes to finish their writes
 POOLED = 20  # connections that stay open
 CACHE = 2000 // POOLED  # [KiB] of pages in each; 2000 are SQLite's default for one (PRAGMA cache_size)
+CONNECT_TIMEOUT = 10  # [s] for a server of PostgreSQL to answer, unless its URL says `connect_timeout`
 IDLE_TIME = 1.0  # [s] after which a connection is tested before it is used
 MIGRATION_LOCK = 0x6F6D6E69  # number of the lock under which PostgreSQL's tables are changed
 
@@ -122,9 +123,11 @@ def _engine(url: str) -> tuple[str, Engine]:
             raise DatabaseError(shown, "of another kind")
         if parsed.get_backend_name() == "sqlite" and parsed.database in {None, "", ":memory:"}:
             raise DatabaseError(shown, "in memory, where each connection has another one")
+        server = parsed.get_backend_name() != "sqlite" and "connect_timeout" not in parsed.query
         # Last in, first out: few connections cache pages and statements.
         engine = create_engine(
             parsed,
+            connect_args={"connect_timeout": CONNECT_TIMEOUT} if server else {},
             poolclass=QueuePool,
             pool_size=POOLED,
             max_overflow=40,

@@ -13,7 +13,7 @@ from alembic.config import Config
 from alembic.migration import MigrationContext
 from sqlalchemy.exc import IntegrityError, SQLAlchemyError
 
-from omnimate.service.store.database import BUSY_TIMEOUT, MIGRATIONS, Database, DatabaseError
+from omnimate.service.store.database import BUSY_TIMEOUT, CONNECT_TIMEOUT, MIGRATIONS, Database, DatabaseError
 from omnimate.service.store.tables import Base, DeliveryRow, KeyRow, WebhookRow
 
 
@@ -156,6 +156,21 @@ def test_a_change_is_made_whole_or_not_at_all(database_url):
 def test_a_database_that_cannot_be_used_says_why(url, words):
     with pytest.raises(DatabaseError, match=words):
         Database(url)
+
+
+@pytest.mark.parametrize(("query", "timeout"), [("", CONNECT_TIMEOUT), ("?connect_timeout=3", "3")])
+def test_a_server_that_does_not_answer_is_waited_for_so_long(query, timeout, monkeypatch):
+    psycopg = pytest.importorskip("psycopg")
+    asked = []
+
+    def connect(*_arguments, **options):
+        asked.append(options)
+        raise psycopg.OperationalError("no answer")
+
+    monkeypatch.setattr("psycopg.connect", connect)
+    with pytest.raises(DatabaseError):
+        Database(f"postgresql+psycopg://robot@192.0.2.1/fleet{query}")
+    assert asked[0]["connect_timeout"] == timeout
 
 
 def test_a_database_of_a_newer_version_is_refused_and_left_as_it_is(tmp_path):
