@@ -99,7 +99,7 @@ def check_wheels(recording: Recording, truck: TruckName) -> None:
             raise CalibrationError(
                 recording.source,
                 f"wheel {wheel} is frozen: not one count while the other one rolls {other:.1f} m: check its "
-                "encoder, and node, cob_id and start_bit in vehicle.toml, and record anew",
+                "encoder, and node, cob_id and start_bit in vehicle.toml, and record again",
             )
 
 
@@ -118,6 +118,6 @@ def frozen_linkage(recording: Recording) -> tuple[Advice, ...]:
             is_frozen = travel > (_LINK_TRAVEL_IN_TURNS if turns else _LINK_TRAVEL)
         if is_frozen:
             what = f"{recording.source}: {channel} is frozen: {travel:.0f} m of driving, and not one count"
-            do = "check its encoder, its cable and its cob_id, and record anew; IPEC and --linkage need it"
+            do = "check its encoder, its cable and its cob_id, and record again; IPEC and --linkage need it"
             advice.append(Advice("error", what, do))
     return tuple(advice)

@@ -66,7 +66,7 @@ def drive(
 ) -> Iterator[Moment]:
     """Execute a runner's program and yield after each sample; the caller may stop early.
 
-    Odometry begins anew from each fix, U III-C 1). Where encoders are missing, the wheels are commanded to
+    Odometry restarts at each fix, U III-C 1). Where encoders are missing, the wheels are commanded to
     stand before `MAX_BLIND_TIME` has passed since the last complete sample, and the program waits. A sample
     ends up to one SYNC period after its time, and the next one another period later: this is the last one
     that is soon enough. With a SYNC period of more than half of `MAX_BLIND_TIME`, it is the first incomplete

@@ -1,7 +1,7 @@
 """The drives of the three papers, and free ones, as programs.
 
 Every lap begins and ends at rest; before and after it is a rest of about 2 s with an absolute fix,
-from which the operator initialises the odometry anew, U III-C 1) and O 3.2.
+from which the operator initialises the odometry again, U III-C 1) and O 3.2.
 """
 
 import math

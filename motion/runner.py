@@ -76,7 +76,7 @@ class Runner:
         if self._linked and link is None:
             raise ValueError("no reading of the linkage; a robot with two trucks needs it in every step")
         x, y, theta = pose_a
-        pose = float(x), float(y), float(theta)  # numba would compile anew for integers
+        pose = float(x), float(y), float(theta)  # numba would compile again for integers
         step(self.rows, self.settings, self.state, pose, link or (0.0, 0.0, 0.0), self._wheels)
         return tuple(self._wheels.tolist())
 

@@ -57,7 +57,7 @@ class PdoState:
     last: int  # number of the sample that it last entered; -1 before the first
     has_booted: bool  # whether a boot-up of its node was heard since then
     was_started: bool  # whether the node was started after that
-    has_restarted: bool  # whether the node's counters begin anew with the frame that entered the sample
+    has_restarted: bool  # whether the node's counters restart with the frame that entered the sample
     is_boot_doubted: bool  # whether it booted although its PDOs did not stop; reset by the driver
     received: int  # frames that entered a sample
     missing: int  # SYNCs without an answer, not counting late answers

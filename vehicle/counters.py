@@ -55,7 +55,7 @@ class Counter:
     is_suspect: bool  # whether the last reading was rejected
     begins_anew: bool  # whether the device has restarted since the last accepted reading
     present: bool  # whether a reading was accepted in this sample
-    rebased: bool  # whether it was one of a wheel's counter that had begun anew
+    rebased: bool  # whether it was one of a wheel's counter that had restarted
 
 
 def counter_law(encoder: Encoder, vehicle: VehicleParameters) -> CounterLaw:

@@ -37,7 +37,7 @@ _FAST_POWER = 1.5  # power of the factors until one overshoots: badly known vari
 _SLOW_POWER = 0.3  # power of the factors after the patient rounds
 _LEAST = 1e-6  # [guess] a smaller variance counts as zero
 _GROWTH = 0.05  # step of the logarithm of a variance for its numerical derivative
-_LINEAR = 0.03  # [standard deviations] change of the coordinates after which the chains are built anew
+_LINEAR = 0.03  # [standard deviations] change of the coordinates after which the chains are rebuilt
 _NAMED = 0.5  # a fix with a smaller weight is reported
 _CHECK = "check that wheels and poses belong to the same drive, their units, and which wheel is left"
 _MEDIAN = 0.6  # median of a chi-square per degree of freedom, for one to three degrees
@@ -151,7 +151,7 @@ class _Search:
         return moved, grown < _SETTLED and weighed < _SETTLED
 
     def _chains(self) -> Chains:
-        """Return the chains, built anew where the coordinates have left their linear range."""
+        """Return the chains, rebuilt where the coordinates have left their linear range."""
         away = self.coordinates - self.origin
         if self.built is None or float(np.sqrt(away @ self.information @ away)) > _LINEAR:
             self.built = self.problem.chains(self.coordinates)

@@ -131,7 +131,7 @@ def _ambiguity(name: str) -> str:
     if name.startswith("bias of joint"):
         return "; an axle that is turned in its truck looks the same: only poses of the truck tell them apart"
     if name.startswith("diameters"):
-        return "; the mean of all wheels is not told: measure a straight of some metres"
+        return "; the mean of all wheels is not known: measure a straight of some metres"
     return ""
 
 

@@ -71,7 +71,7 @@ class Experiment:
     def evaluate(self, truck: Truck) -> ReturnErrors:
         """Return the errors that the same wheel turns give with other parameters.
 
-        The odometry is calculated anew where the runs are known; otherwise the exact chain of the square
+        The odometry is calculated again where the runs are known; otherwise the exact chain of the square
         stands for it.
         """
         side, source = self.errors.side, self.errors.source

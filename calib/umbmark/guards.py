@@ -59,7 +59,7 @@ def without_outliers(experiment: Experiment) -> tuple[Experiment, tuple[Advice, 
         run = f"{name} run {numbers[name].pop(place)}"
         experiment = experiment.without(name, place)
         what = f"{run} is left out: it returns {1e3 * distance:.0f} mm away from the other {name} runs"
-        advice.append(Advice("warning", what, "measure its fixes anew, or drive it again"))
+        advice.append(Advice("warning", what, "measure its fixes again, or drive it again"))
     return experiment, tuple(advice)
 
 

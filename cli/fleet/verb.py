@@ -64,7 +64,7 @@ def run(
         str | None, typer.Option(help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
     ] = None,
     memory: Annotated[
-        str, typer.Option(help="Memory of each process on this machine, after which it starts anew.")
+        str, typer.Option(help="Memory of each process on this machine, after which it restarts.")
     ] = "1.5GiB",
 ) -> None:
     """Process the recordings of a store that have no results yet, and write the results as Parquet."""

@@ -41,7 +41,7 @@ NOTES = {
     "serve": "[My fleet](../how-to/fleet.md) shows it, "
     "[Run the service](../how-to/run-the-service.md) where it runs.",
     "fleet run": "[A fleet's daily run](../how-to/nights.md) shows it, with [its results](fleet-results.md).",
-    "fleet report": "[The fleet model](../explanation/fleet.md) says how robots and places are told apart.",
+    "fleet report": "[The fleet model](../explanation/fleet.md) says how robots and places are separated.",
     "sim": "[My driver's tests](../how-to/driver-tests.md) shows it.",
 }
 

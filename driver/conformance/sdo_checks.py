@@ -197,7 +197,7 @@ def _long_upload(probe: Probe) -> bytes:
 def _announced_upload(probe: Probe) -> bytes:
     """Begin a segmented upload, end it, and return its first answer.
 
-    A server may refuse to begin anew while a transfer is under way, as CANopenNode does.
+    A server may refuse to begin another while a transfer is under way, as CANopenNode does.
     """
     answer = _long_upload(probe)
     probe.send_sdo(CLIENT_ABORT)

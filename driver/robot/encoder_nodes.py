@@ -109,7 +109,7 @@ class EncoderNodes:
             events.add(now, node, "has not restarted: its objects are as they were, and its PDOs go on")
             self._take_over(configuration)
             return self._holds(configuration)
-        amount = f"{len(changed)} objects set anew" if changed else "nothing had changed"
+        amount = f"{len(changed)} objects written again" if changed else "nothing had changed"
         events.add(now, node, f"configured again ({amount}) and started")
         for index in PRESET_OBJECTS:
             before = self._encoder_objects[node].get(index)

@@ -1,6 +1,6 @@
 """Update by quantised readings: a reading bounds the true value to one quantisation step.
 
-A joint that stays within one step along a straight line gives its angle once, not anew in every sample; a
+A joint that stays within one step along a straight line gives its angle once, not again in every sample; a
 filter that models the resolution as white noise would average it away. So a reading truncates the estimate's
 normal distribution to its step, and the mean and variance of the truncated distribution are used. A reading
 with almost all of the distribution inside its step changes nothing.

@@ -1,4 +1,4 @@
-"""What a finding is held against: the probabilities of its rivals, over recordings drawn anew."""
+"""What a finding is held against: the probabilities of its rivals, over resampled recordings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from omnimate.mismatch.investigate import Investigation
     from omnimate.vehicle.se2 import Array
 
-DRAWS = 200  # recordings drawn anew: a probability of 0.9 is then known to 0.02
+DRAWS = 200  # resampled recordings: a probability of 0.9 is then known to 0.02
 POSSIBLE = 0.01  # probability below which an alternative is not worth a word
 
 
@@ -39,7 +39,7 @@ class Rivalry:
 def rivalry(investigation: Investigation, member: int) -> Rivalry:
     """Return the probabilities of a member and of its rivals, beside the other members.
 
-    They are means over recordings drawn anew from the stretches of this one (Huggins and Miller, Bayesian
+    They are means over recordings resampled from the stretches of this one (Huggins and Miller, Bayesian
     Analysis 2023): of two models, neither exact, the posterior of a single recording is sure of either by
     chance.
     What happened once, at some moment, cannot be drawn again.
@@ -107,7 +107,7 @@ def _judged(
 
 
 def _draws(posterior: Posterior, member: int) -> Array:
-    """Return how often each stretch is in each of some recordings drawn anew, `(n, stretches)`."""
+    """Return how often each stretch is in each of some resampled recordings, `(n, stretches)`."""
     count = int(posterior.candidates.stretch.max()) + 1
     if posterior.terms[member].is_local:
         return np.ones((1, count))

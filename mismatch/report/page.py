@@ -109,7 +109,7 @@ def _where(finding: Finding) -> str:
 def _calibrated(diagnosis: Diagnosis) -> Iterable[str]:
     if not diagnosis.calibrated:
         return
-    yield "<h2>Calibrated beside it</h2>"
+    yield "<h2>Calibrated as well</h2>"
     yield "<p class=soft>What poses identify in any case. No finding, but in the effects file.</p>"
     rows = "".join(
         _row(f"{_name(calibrated.effect)}, {component_in_words(calibrated.component)}", *row)

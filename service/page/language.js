@@ -26,7 +26,7 @@ function translateDocument() {
   }
 }
 
-/** Changing the language loads the page anew. */
+/** Changing the language reloads the page. */
 function setUpLanguageButton() {
   const other = language === "de" ? "en" : "de";
   const button = document.getElementById("language");

@@ -13,7 +13,7 @@ export function showLearned(holder, message, learned, path, changed) {
   holder.replaceChildren(
     ...learned.advice.filter(({ severity }) => severity !== "note").map(said),
     el("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": t("Learned") }, el("table", { class: "numbers methods" },
-      el("thead", {}, row(...[t("beside the file"), t("change"), "±"].map((word) => el("th", { scope: "col" }, word)))),
+      el("thead", {}, row(...[t("compared with the file"), t("change"), "±"].map((word) => el("th", { scope: "col" }, word)))),
       el("tbody", {}, learned.values.map(line)))),
     details(learned.advice.filter(({ severity }) => severity === "note"), open),
     el("div", { class: "buttons" }, take(message, learned, path, changed)),
@@ -30,7 +30,7 @@ function line({ name, unit, described, value, sigma }) {
 const said = ({ severity, what, do: todo }) => el("p", { class: `advice ${severity}` }, `${what}: ${todo}.`);
 
 function details(notes, open) {
-  const node = el("details", {}, el("summary", {}, t("What encoders have not told")), ...notes.map(said));
+  const node = el("details", {}, el("summary", {}, t("What encoders have not shown")), ...notes.map(said));
   node.open = open;
   return node;
 }

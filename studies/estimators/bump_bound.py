@@ -3,7 +3,7 @@
 Peers: plain odometry, IPEC, the filter, and the filter on the same robots and floors without bumps, which is
 what a filter could keep that is told how much a wheel loses as well.
 
-Each robot has the errors that a calibration leaves (`studies.papers.robots.LEFT_BEHIND`), drawn anew, and
+Each robot has the errors that a calibration leaves (`studies.papers.robots.LEFT_BEHIND`), drawn again, and
 drives one lap of O 3. The informed filter distrusts a wheel from the sample in which it touches the
 obstacle until it has left it, and no other wheel.
 

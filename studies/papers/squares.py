@@ -181,7 +181,7 @@ def passes_of(factors: tuple[float, float], seed: int) -> Array:
 
 
 def stages_of(factors: tuple[float, float], seed: int) -> list[ReturnErrors]:
-    """Return the return errors before calibration, after one, and after two passes, each driven anew."""
+    """Return the return errors before calibration, after one, and after two passes, each driven again."""
     robot: VehicleParameters = reference_single()
     real = with_errors(robot, {"a": factors[0]}, {"a": factors[1]})
     stages = []

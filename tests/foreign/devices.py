@@ -112,7 +112,7 @@ class ForeignNode(canopen.LocalNode):
             self.network.send_message(can_id, data)
 
     def reset(self):
-        """Start anew with the defaults of all objects, as the return of the power does."""
+        """Restart with the defaults of all objects, as the return of the power does."""
         self.is_powered = True
         self.data_store.clear()
         self._sent.clear()

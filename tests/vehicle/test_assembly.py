@@ -292,7 +292,7 @@ def test_a_channel_is_absent_exactly_within_its_gaps(presence):
 
 
 def drive(truth, column, missing, restart):
-    """Return the counts of a drive in which a counter is not read for some samples and then begins anew."""
+    """Return the counts of a drive in which a counter is not read for some samples and then restarts."""
     bus, rows = Steps(), []
     for number, row in enumerate(truth.tolist()):
         raw = [*row]

@@ -117,7 +117,7 @@ def cache(tmp_path, monkeypatch):
 
 @pytest.fixture
 def modules(tmp_path, monkeypatch):
-    """Return a function that writes modules, all with the same date, and imports the first one anew."""
+    """Return a function that writes modules, all with the same date, and imports the first one again."""
     folder = tmp_path / "modules"
     folder.mkdir()
     monkeypatch.syspath_prepend(str(folder))

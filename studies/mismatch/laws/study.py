@@ -47,7 +47,7 @@ QUICK = ("wheelbase", "radius_vs_speed", "joint_eccentricity")  # effects of the
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two drives of a robot along the same programme; floor and sensors scatter anew in each."""
+    """Two drives of a robot along the same programme; floor and sensors scatter otherwise in each."""
 
     effect: Effect  # the effect that is concealed in both, as the library describes it
     seen: Recording  # the drive to learn from

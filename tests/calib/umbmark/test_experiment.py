@@ -34,7 +34,7 @@ def test_a_recording_gives_the_robot_back(drive_squares) -> None:
 
 
 def test_every_method_improves(drive_squares) -> None:
-    """The same runs evaluated anew are at least ten times better with each method."""
+    """The same runs evaluated again are at least ten times better with each method."""
     experiment = experiment_of_recordings([drive_squares(BELIEVED, ACTUAL, ("cw", "ccw") * 2)])
     assert len(usable_methods(experiment.errors)) == 7
     for method in usable_methods(experiment.errors):

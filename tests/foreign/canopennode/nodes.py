@@ -107,7 +107,7 @@ class Node:
             self.network.send_message(can_id, data)
 
     def reset(self):
-        """Start anew with the defaults of all objects, as the return of the power does."""
+        """Restart with the defaults of all objects, as the return of the power does."""
         self.is_powered = True
         self._library.device_reset(self._device)
 

@@ -54,9 +54,9 @@ def test_the_page_needs_nothing_outside_itself(diagnosis):
 
 def test_what_is_calibrated_beside_the_findings_is_shown(diagnosis):
     number = Calibrated("wheelbase", "b", (Parameter("ratio", 1.0123, 0.001, "1"),))
-    assert "Calibrated beside it" not in render(replace(diagnosis, calibrated=()))
+    assert "Calibrated as well" not in render(replace(diagnosis, calibrated=()))
     page = render(replace(diagnosis, calibrated=(number,)))
-    assert "Calibrated beside it" in page
+    assert "Calibrated as well" in page
     assert "1.0123" in page
 
 
