@@ -228,9 +228,8 @@ def prove(
     world: Annotated[
         list[str] | None,
         typer.Option(
-            help="A world to ask about: engine, wide, mujoco, concealed, concealed2, contact, contact2, "
-            "unnamed, bullet, injections or optiodom. "
-            "All of them where none is named."
+            help="A world to ask about: engine, wide, nameless, mujoco, concealed, concealed2, contact, "
+            "contact2, unnamed, bullet, injections or optiodom. All of them where none is named."
         ),
     ] = None,
     cases: Annotated[

@@ -24,7 +24,8 @@ from studies.mismatch.worlds.world import (
     write_all,
 )
 
-WIDE, CONTACTS = (6, 300), (6, 46)  # cases of the wide world, and of an engine with contacts: quick, whole
+# Cases of the wide world, of its physics without a name, and of an engine with contacts: quick, whole
+WIDE, NAMELESS, CONTACTS = (6, 300), (3, 60), (6, 46)
 
 
 def write_engine(folder: Path, request: Request, jobs: int, report: Report) -> Mapping[str, Label]:
@@ -38,7 +39,7 @@ def write_engine(folder: Path, request: Request, jobs: int, report: Report) -> M
 
 
 def write_drawn(
-    module: str,
+    maker: str,
     counts: tuple[int, int],
     library: str,
     folder: Path,
@@ -46,14 +47,15 @@ def write_drawn(
     jobs: int,
     report: Report,
 ) -> Mapping[str, Label]:
-    """Write cases that depend on seed and number alone."""
+    """Write cases that depend on seed and number alone, by a function of an engine."""
     if find_spec(library) is None:
         raise AbsentError(
             f"{library} is not installed (the extra `{folder.name}`): {folder.name} is left out"
         )
     count = request.cases or counts[0 if request.quick else 1]
     made = {f"{folder.name}-{number:04d}": (request.seed, number) for number in range(count)}
-    write_one = import_module(f"studies.mismatch.engines.{module}").make
+    module, function = f"studies.mismatch.engines.{maker}".rsplit(".", 1)
+    write_one = getattr(import_module(module), function)
     return write_all(partial(write_one, faultless=request.healthy), made, folder, jobs, report)
 
 
@@ -64,16 +66,21 @@ def worlds(data: Path) -> dict[str, World]:
     """Return all worlds by name; `data` is the folder of labelled sets and of real recordings."""
     every: tuple[World, ...] = (
         WrittenWorld("engine", "own engine", write_engine),
-        WrittenWorld("wide", "own engine, wide", partial(write_drawn, "wide.cases", WIDE, "numpy")),
-        WrittenWorld("mujoco", "MuJoCo", partial(write_drawn, "mujoco.cases", CONTACTS, "mujoco")),
+        _drawn("wide", "own engine, wide", "wide.cases.make", WIDE, "numpy"),
+        _drawn("nameless", "own engine, nameless", "wide.cases.make_nameless", NAMELESS, "numpy"),
+        _drawn("mujoco", "MuJoCo", "mujoco.cases.make", CONTACTS, "mujoco"),
         *(LabelledWorld(name, name, data / name, foreign=True) for name in LABELLED),
-        WrittenWorld(
-            "bullet", "PyBullet", partial(write_drawn, "bullet.cases", CONTACTS, "pybullet"), foreign=True
-        ),
+        _drawn("bullet", "PyBullet", "bullet.cases.make", CONTACTS, "pybullet", foreign=True),
         WrittenWorld("injections", "injections", partial(write_injections, data)),
         WrittenWorld("optiodom", "OptiOdom", partial(write_optiodom, data), ask=diagnosed_and_driven),
     )
     return {world.name: world for world in every}
+
+
+def _drawn(
+    name: str, title: str, maker: str, counts: tuple[int, int], library: str, *, foreign: bool = False
+) -> WrittenWorld:
+    return WrittenWorld(name, title, partial(write_drawn, maker, counts, library), foreign=foreign)
 
 
 def chosen(data: Path, names: Sequence[str]) -> list[World]:

@@ -80,7 +80,7 @@ def test_a_world_whose_engine_is_not_installed_is_left_out_and_leaves_nothing(tm
 
 
 def test_a_name_that_no_world_has_is_refused_with_the_names_that_they_have(tmp_path):
-    with pytest.raises(OmnimateError, match="no world 'husky'; expected engine, wide, mujoco"):
+    with pytest.raises(OmnimateError, match="no world 'husky'; expected engine, wide, nameless, mujoco"):
         chosen(tmp_path, ["husky"])
 
 
@@ -102,6 +102,12 @@ def test_healthy_robots_alone_can_be_asked_for(tmp_path):
     found = corpus(wide, tmp_path / "wide", Request(seed=1, cases=2, healthy=True))
     assert [each["kind"] for each in found.labels.values()] == ["null", "null"]
     assert [each["effects"] for each in found.labels.values()] == [[], []]
+
+
+def test_the_nameless_world_conceals_nothing_else(tmp_path):
+    (nameless,) = chosen(tmp_path, ["nameless"])
+    found = corpus(nameless, tmp_path, Request(seed=1, cases=1))
+    assert [effect["effect"] for label in found.labels.values() for effect in label["effects"]] == ["unknown"]
 
 
 def test_the_engines_cases_are_drawn_by_the_seed_and_written_case_by_case(tmp_path, monkeypatch):

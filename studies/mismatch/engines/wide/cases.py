@@ -89,11 +89,17 @@ class _Setting:
 
 
 def make(
-    folder: Path, seed: int, number: int, measuring: Measuring | None = None, *, faultless: bool = False
+    folder: Path,
+    seed: int,
+    number: int,
+    measuring: Measuring | None = None,
+    *,
+    faultless: bool = False,
+    kinds: Mapping[str, float] = KINDS,
 ) -> dict[str, Any]:
-    """Write the recording of a case into a folder, and return its label."""
+    """Write the recording of a case into a folder, and return its label; `kinds` are the kinds' shares."""
     chance = np.random.default_rng([seed, number, 5])
-    kind = "null" if faultless else str(chance.choice(list(KINDS), p=list(KINDS.values())))
+    kind = "null" if faultless else str(chance.choice(list(kinds), p=list(kinds.values())))
     while True:
         setting = _setting(chance, seed, number, dense=kind == "unknown")
         driven = setting.scene.driven([])
@@ -114,6 +120,11 @@ def make(
         "trucks": setting.robot.trucks, "period": setting.robot.period, "secondary": secondary(measuring),
         "roughness": setting.scene.floor.roughness,
     }  # fmt: skip
+
+
+def make_nameless(folder: Path, seed: int, number: int, *, faultless: bool = False) -> dict[str, Any]:
+    """Write the recording of a case of physics without a name into a folder, and return its label."""
+    return make(folder, seed, number, faultless=faultless, kinds={"unknown": 1.0})
 
 
 def _healthy(setting: _Setting, driven: Log, chance: Generator, kind: str) -> _Healthy:
