@@ -36,7 +36,7 @@ from omnimate.mismatch.diagnosis import (
 )
 from omnimate.mismatch.evidence.search import FULLY_JUDGED, ranked_candidates
 from omnimate.mismatch.heldout import HELD, METRIC, held_out, nominal_of, size
-from omnimate.mismatch.noise.levels import nominal_levels
+from omnimate.mismatch.noise.levels import is_at_limit, nominal_levels
 from omnimate.mismatch.scans.nonlinear import spreads
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def answer(investigation: Investigation) -> Diagnosis:
         present += nameless
     findings, traces = relevant(_ordered(_merged(present)), fit, nominal, residuals, summary)
     traces = traces if left.relevant else (*traces, *nameless)
-    findings = (*_beyond_noise(summary, findings), *findings)
+    findings = (*_beyond_noise(fit.regression, summary, findings), *findings)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)
     if not findings and summary.gain[0] <= summary.gain[1]:  # what was calibrated predicts nothing new better
@@ -162,19 +162,26 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
     ]
 
 
-def _beyond_noise(fit: Fit, findings: Sequence[Finding]) -> list[Finding]:
+def _beyond_noise(regression: Regression, fit: Fit, findings: Sequence[Finding]) -> list[Finding]:
     """Return the encoder of the linkage that is missed by more than noise, where nothing else is asserted.
 
-    Its noise level is limited (`noise.levels.MAX_ABOVE`): what is worse is faulty. Poses are not asked, as
+    Its noise level is then as large as `MAX_ABOVE` allows: what is worse is faulty. Poses are not asked, as
     their outliers and distortions are no matter of the robot.
     """
-    after = {channel: fit.channels[channel].after for channel in LINKAGE if channel in fit.channels}
-    worst = max(after, key=lambda channel: after[channel], default="")
-    if after.get(worst, 0.0) < MISFIT or any(finding.probability >= ASSERTED for finding in findings):
+    if any(finding.probability >= ASSERTED for finding in findings):
+        return []
+    nominal = nominal_levels(regression.windows)
+    missed = {
+        channel: fit.channels[channel].after
+        for channel in LINKAGE
+        if channel in fit.channels and is_at_limit(regression.noise, nominal, channel)
+    }
+    worst = max(missed, key=lambda channel: missed[channel], default="")
+    if missed.get(worst, 0.0) < MISFIT:
         return []
     says = (
         f"Something that no effect of the library explains acts on {component_in_words(worst)}: where no fit "
-        f"has seen it, it is missed by {after[worst]:.1f} times the noise that is expected of it."
+        f"has seen it, it is missed by {missed[worst]:.1f} times the largest noise that such an encoder has."
     )
     return [Finding(UNKNOWN, worst, EVEN, where=Where((worst,), (), ""), explained=1.0, says=says)]
 

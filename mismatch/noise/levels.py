@@ -309,6 +309,12 @@ def nominal_levels(windows: Sequence[Windows]) -> NoiseLevels:
     )
 
 
+def is_at_limit(levels: NoiseLevels, nominal: NoiseLevels, name: str) -> bool:
+    """Say whether a level is the largest that the search allows, to a hundredth."""
+    above = math.log(getattr(levels, name) / getattr(nominal, name))
+    return above > MAX_ABOVE - 0.01
+
+
 def _identifiable(windows: Sequence[Windows]) -> NDArray[np.bool_]:
     """Say which levels (10,) recordings can identify, in the order of `NoiseLevels`."""
     linkage = windows[0].linkage > 0

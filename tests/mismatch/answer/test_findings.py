@@ -59,4 +59,4 @@ def test_an_encoder_that_scatters_more_than_any_has_is_no_agreement(drive):
     assert answer.verdict == "mismatch"
     assert (answer.findings[0].effect, answer.findings[0].component) == ("unknown", "joint_b")
     assert answer.findings[0].probability == EVEN
-    assert "times the noise" in answer.says
+    assert "times the largest noise" in answer.says
