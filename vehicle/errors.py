@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pathlib import Path
 
+UTF_16_MARKS = BOM_UTF16_LE, BOM_UTF16_BE  # with one of which editors on Windows begin a file
+IS_UTF_16 = "it is UTF-16; save the file as UTF-8"
+
 
 class OmnimateError(Exception):
     """An error that a user can correct; its text says what was expected, where, and what to do."""
@@ -58,7 +61,7 @@ class RecordingError(OmnimateError):
 def describe_read_error(error: OSError | UnicodeDecodeError) -> str:
     """Return why a text file cannot be read, and what to do where it is no UTF-8."""
     if isinstance(error, UnicodeDecodeError):
-        if error.object.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
-            return "it is UTF-16; save the file as UTF-8"
+        if error.object.startswith(UTF_16_MARKS):
+            return IS_UTF_16
         return f"byte {error.start + 1} is not UTF-8; save the file as UTF-8"
     return error.strerror or str(error)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import os
-from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
+from codecs import BOM_UTF8
 from collections import deque
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -29,7 +29,7 @@ from omnimate.files.logs.formats.candump_blocks import (
 from omnimate.files.logs.formats.candump_lines import STAMP_WIDTH, parse_line, refuse_fd
 from omnimate.files.logs.formats.foreign import foreign_format_of, read_entries
 from omnimate.files.logs.frames import Frame, Frames, concatenate, frames_of
-from omnimate.vehicle.errors import LogError
+from omnimate.vehicle.errors import IS_UTF_16, UTF_16_MARKS, LogError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -119,8 +119,8 @@ class LogReader:
                     raise LogError(
                         self.source, None, f"packed by {name}; expected a log, or one packed by gzip"
                     )
-            if head.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
-                raise LogError(self.source, None, "it is UTF-16; save the file as UTF-8")
+            if head.startswith(UTF_16_MARKS):
+                raise LogError(self.source, None, IS_UTF_16)
             yield content, foreign_format_of(head)
         except OSError as error:
             raise LogError(self.source, None, f"cannot be read: {error.strerror or error}") from error
