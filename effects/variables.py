@@ -115,8 +115,8 @@ class Motion:
     @property
     def past_acceleration(self) -> Array:
         """Mean of the accelerations so far, with exponentially falling weights [m/s^2]."""
-        kept = np.exp(-self.block.period / PAST_ACCELERATION_TIME)
-        return decaying_sum(kept, (1.0 - kept) * self.mean(self.block.acceleration), self.begun.past)
+        acceleration = self.mean(self.block.acceleration)
+        return recent_mean(self.block.period, acceleration, PAST_ACCELERATION_TIME, self.begun.past)
 
     def mean(self, signal: Array) -> Array:
         """Return a signal `(K, W)` of the component's wheel, or the mean of its truck's wheels."""
@@ -126,6 +126,15 @@ class Motion:
     def angle(self, wheel: int) -> Array:
         """Return the angle of a wheel in the middle of each step [rad]."""
         return np.asarray(self.block.angle[:, wheel] - 0.5 * self.block.turned[:, wheel])
+
+
+def recent_mean(steps: Array, values: Array, length: float, start: float = 0.0) -> Array:
+    """Return the mean of values (K,) so far, forgotten exponentially over a length in the steps' unit.
+
+    `steps` (K,) are the time, way or angle between the values; `start` is the mean before the first.
+    """
+    kept = np.exp(-steps / length)
+    return decaying_sum(kept, (1.0 - kept) * values, start)
 
 
 @compiled

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.variables import Motion, decaying_sum
+from omnimate.effects.variables import Motion, decaying_sum, recent_mean
 from omnimate.mismatch.candidates.terms import moving_channels, turns
 from omnimate.mismatch.recording.causal_path import FORGETTING
 from omnimate.mismatch.recording.signals import is_dense
@@ -71,7 +71,7 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
             curves[f"acceleration of {wheel}"] = bends(block.acceleration[:, number])
             curves[f"past acceleration of {wheel}"] = bends(Motion(block, wheel).past_acceleration)
     speed = np.abs(lead.speeds[:, 0])
-    curves["recent speed"] = [standard(recent(block.period, speed, length)) for length in RECENT_TIMES]
+    curves["recent speed"] = [standard(recent_mean(block.period, speed, length)) for length in RECENT_TIMES]
     curves |= oscillations("accelerations", block.period, lead.mean(block.acceleration))
     noise = noise_of_path(signals)
     for number, truck in enumerate(signals.trucks):
@@ -143,16 +143,13 @@ def bends(values: Array) -> list[Array]:
     return [standard(np.interp(values, knots, ordinate)) for ordinate in np.eye(len(knots))[1:]]
 
 
-def recent(steps: Array, values: Array, length: float) -> Array:
-    """Return the mean of values (K,) so far, forgotten exponentially over a length in the steps' unit."""
-    kept = np.exp(-steps / length)
-    return decaying_sum(kept, (1.0 - kept) * values, 0.0)
-
-
 def reversals(yaw: Array) -> list[Array]:
-    """Return the recent direction of turns (K,) [rad], and whether a turn has it: Dahl's friction (1968)."""
+    """Return the direction in which a robot turned of late, and whether its turns (K,) [rad] go on in it.
+
+    That is the state of Dahl's model of friction (1968), which is forgotten over each of `RECENT_ANGLES`.
+    """
     direction = np.sign(yaw)
-    states = [recent(np.abs(yaw), direction, angle) for angle in RECENT_ANGLES]
+    states = [recent_mean(np.abs(yaw), direction, angle) for angle in RECENT_ANGLES]
     return [standard(part) for state in states for part in (state, direction * state)]
 
 

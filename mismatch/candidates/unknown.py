@@ -81,7 +81,7 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
         of_error, order, _ = of_recordings[0]
         groups += of_error
         columns = regression.whitened([columns for *_, columns in of_recordings])
-        white.append(columns[:, order].astype(np.float32))
+        white.append(columns.astype(np.float32)[:, order])
     odds = UNKNOWN_PRIOR.log_odds - math.log(len(groups) / len({group[:2] for group, _ in groups}))
     terms = [
         Term(UNKNOWN, component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)

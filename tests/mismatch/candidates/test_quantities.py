@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
+from omnimate.effects.variables import recent_mean
 from omnimate.mismatch.candidates.quantities import (
     DAMPING,
     FREQUENCIES,
     OSCILLATION,
     RECENT_ANGLES,
     oscillations,
-    recent,
     reversals,
 )
 
@@ -40,11 +40,11 @@ def test_a_robot_that_turns_the_other_way_has_reversed_since_by_as_much():
 
 def test_the_direction_of_turns_is_forgotten_by_turning_and_not_in_time():
     yaw = np.concatenate([np.full(300, 1e-3), np.zeros(500), np.full(300, -1e-3)])
-    states = [recent(np.abs(yaw), np.sign(yaw), angle) for angle in RECENT_ANGLES]
+    states = [recent_mean(np.abs(yaw), np.sign(yaw), angle) for angle in RECENT_ANGLES]
     for angle, state in zip(RECENT_ANGLES, states, strict=True):
         assert state[299] == state[799] == pytest.approx(1.0 - np.exp(-0.3 / angle))
         assert state[-1] == pytest.approx(-1.0 + np.exp(-0.3 / angle) * (2.0 - np.exp(-0.3 / angle)))
 
 
 def test_a_recent_value_of_what_is_constant_approaches_it():
-    assert recent(np.full(6000, PERIOD), np.full(6000, 0.5), 3.0)[-1] == pytest.approx(0.5, rel=1e-6)
+    assert recent_mean(np.full(6000, PERIOD), np.full(6000, 0.5), 3.0)[-1] == pytest.approx(0.5, rel=1e-6)
