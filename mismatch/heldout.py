@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import block_diag
+from scipy.linalg import block_diag, eigvalsh
 
 from omnimate.mismatch.candidates.regression import Regression, slices_of
 from omnimate.mismatch.evidence.rows import whiten_nuisances
@@ -30,7 +30,7 @@ HELD = {
     "blocks": "every fourth block of 8 s, with effects fitted to the others: some act in one lap only",
     "moments": "every other half second, with effects fitted to the others: some act at one moment only",
 }
-_MOST = 0.8  # of the information on a parameter may lie in the stretch that is left out
+_MOST = 0.8  # of the information on any combination of parameters may lie in the stretch that is left out
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ def held_out(
     # the base already holds the fit to everything; what other folds say is a step away from it
     target = train + columns @ (np.concatenate([known[:0], *values]) - known)
     columns = columns @ shared
-    kind = kind or _kind(regression, columns)
+    kind = kind or _kind(regression, columns, prior)
     stretches = tuple(folds_of(regression.windows, kind))
     folds = regression.of_rows(stretches)
     parts = slices_of(map(len, values))
@@ -106,13 +106,16 @@ def predicts_better(richer: Fitted, simpler: Fitted) -> bool:
     return float(gain.sum()) > float(np.sqrt(len(gain)) * gain.std(ddof=1)) if len(gain) > 1 else True
 
 
-def _kind(fitted: Regression, columns: Array) -> Kind:
-    """Return the longest stretches that may be left out, all parameters being identified by the rest."""
-    total = (columns**2).sum(axis=0)
+def _kind(fitted: Regression, columns: Array, prior: Array) -> Kind:
+    """Return the longest stretches that may be left out, all parameters being identified by the rest.
+
+    So must every combination of them be: a lap to one side does not separate a wheelbase from unequal wheels.
+    """
+    total = columns.T @ columns + prior
     for kind in ("laps", "blocks"):
         folds = fitted.of_rows(folds_of(fitted.windows, kind))
-        inside = [(columns[folds == fold] ** 2).sum(axis=0) for fold in range(int(folds.max()) + 1)]
-        if np.all(np.max(inside, axis=0) < _MOST * total):
+        parts = [columns[folds == fold] for fold in range(int(folds.max()) + 1)]
+        if all(eigvalsh(part.T @ part, total).max(initial=0.0) < _MOST for part in parts):
             return kind
     return "moments"
 

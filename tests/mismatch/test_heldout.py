@@ -6,7 +6,7 @@ import pytest
 from omnimate.files.importers.robots import single_truck
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.candidates.terms import term
-from omnimate.mismatch.heldout import held_out, nominal_of
+from omnimate.mismatch.heldout import HELD, held_out, nominal_of
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Lap, Poses, Recording, Run
 from tests.mismatch.conftest import fit_of
@@ -15,12 +15,16 @@ PERIOD, SAMPLES = 0.05, 2400
 ROBOT = single_truck("robot", Truck(0.2, 0.084, 0.084), 2796.8, PERIOD)
 
 
-def recorded(turn, speed, wheelbase=0.2, every=20, until=SAMPLES, seed=3):
-    """Return a drive with turn rates [rad/s] and speeds [m/s] (N,) of a robot with a wheelbase [m]."""
+def recorded(turn, speed, wheelbase=0.2, every=20, until=SAMPLES, seed=3, left=1.0):
+    """Return a drive with turn rates [rad/s] and speeds [m/s] (N,) of a robot with a wheelbase [m].
+
+    Its left wheel is larger than it should be by a factor `left`.
+    """
     chance = np.random.default_rng(seed)
     time = PERIOD * np.arange(SAMPLES)
     ways = np.stack([speed - 0.5 * wheelbase * turn, speed + 0.5 * wheelbase * turn], axis=1) * PERIOD
     ways += 3e-4 * np.sqrt(np.abs(ways)) * chance.normal(size=ways.shape)
+    ways[:, 0] /= left
     counts = np.rint(np.cumsum(ways, axis=0) / abs(ROBOT.metres_per_count("a.left"))).astype(np.int64)
     heading = np.cumsum(turn * PERIOD)
     path = np.cumsum(speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1) * PERIOD, axis=0)
@@ -46,6 +50,18 @@ def test_circles_to_either_side_say_of_each_other_that_the_wheelbase_is_wrong():
     answer = diagnose([recorded(turn, speed, 0.204), recorded(-turn, speed, 0.204, seed=4)])
     assert [finding.key for finding in answer.findings] == [("wheelbase", "a")]
     assert answer.fit is not None
+    assert answer.fit.heldout.after < 1.2
+
+
+def test_circles_to_one_side_are_not_held_out_where_they_separate_two_numbers():
+    """Those to the other side alone would not say how much is the wheelbase, and how much a wheel."""
+    turn, speed = np.full((2, SAMPLES), [[0.4], [0.2]])
+    answer = diagnose(
+        [recorded(turn, speed, 0.203, left=1.003), recorded(-turn, speed, 0.203, left=1.003, seed=4)]
+    )
+    assert ("wheelbase", "a") in [finding.key for finding in answer.findings]
+    assert answer.fit is not None
+    assert HELD["blocks"] in answer.fit.metric
     assert answer.fit.heldout.after < 1.2
 
 
