@@ -233,7 +233,7 @@ def _read(channel: ChannelState, pdo: PdoState) -> None:
         channel.gap = max(channel.gap, MISSING)
         return
     if pdo.has_restarted:
-        channel.begins_anew = True
+        channel.has_restarted = True
         channel.gap = REBOOT if channel.is_known else channel.gap
     shifted = pdo.word << np.uint64(channel.left)
     if channel.signed:

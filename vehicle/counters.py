@@ -53,7 +53,7 @@ class Counter:
     samples: int  # samples since the last accepted reading
     is_known: bool  # whether a reading has been accepted
     is_suspect: bool  # whether the last reading was rejected
-    begins_anew: bool  # whether the device has restarted since the last accepted reading
+    has_restarted: bool  # whether the device has restarted since the last accepted reading
     present: bool  # whether a reading was accepted in this sample
     rebased: bool  # whether it was one of a wheel's counter that had restarted
 
@@ -115,7 +115,7 @@ def take_reading(counter: Counter, raw: int) -> None:
     step = 0
     if not counter.is_known:
         counter.count = raw
-    elif counter.begins_anew and not counter.is_absolute:
+    elif counter.has_restarted and not counter.is_absolute:
         counter.rebased = True  # this reading is where the old count goes on
     else:
         step = shortest_step(counter, counter.raw, raw)
@@ -130,7 +130,7 @@ def take_reading(counter: Counter, raw: int) -> None:
                 step = 0
     counter.count += step
     counter.raw, counter.samples = raw, 0
-    counter.is_known, counter.is_suspect, counter.begins_anew, counter.present = True, False, False, True
+    counter.is_known, counter.is_suspect, counter.has_restarted, counter.present = True, False, False, True
 
 
 @compiled

@@ -31,7 +31,7 @@ class Truck:
         for column, reading in enumerate(raw):
             counter = self.counters[column]
             begin_sample(counter)
-            counter["begins_anew"] |= column in restarted
+            counter["has_restarted"] |= column in restarted
             if reading is not None:
                 take_reading(counter, reading)
         bridge(self.counters, self.number)

@@ -35,7 +35,7 @@ def follow(law, raw, restarts=()):
     rows = []
     for index, reading in enumerate(raw):
         begin_sample(counter)
-        counter["begins_anew"] |= index in restarts
+        counter["has_restarted"] |= index in restarts
         if reading is not None:
             take_reading(counter, int(reading))
         rows.append((int(counter["count"]), bool(counter["present"]), bool(counter["rebased"])))
