@@ -137,8 +137,8 @@ def _plan(
     vehicle: VehicleParameters | None,
 ) -> tuple[Plan, VehicleParameters]:
     """Return what of a bag is what, by a mapping, by options, or by guess, and the robot."""
-    from omnimate.files.importers.rosbag.guess import guess_plan, plan_as_toml
-    from omnimate.files.importers.rosbag.plan import plan_of_options, read_plan
+    from omnimate.files.importers.rosbag.guess import ambiguities, guess_plan, plan_as_toml
+    from omnimate.files.importers.rosbag.plan import Plan, plan_of_options, read_plan
     from omnimate.files.importers.rosbag.reader import topics_of
 
     if mapping is not None and (channels or poses):
@@ -147,12 +147,15 @@ def _plan(
         return read_plan(mapping, vehicle)
     if vehicle is None:
         raise CallError("import rosbag needs --vehicle, or a --mapping that names the robot")
-    if channels:
-        return plan_of_options(channels, poses), vehicle
-    guessed = guess_plan(topics_of(source), vehicle.channels)
-    stated = plan_of_options(channels, poses).poses
-    plan = type(guessed)(guessed.channels, stated or guessed.poses)
+    stated = plan_of_options(channels, poses)
+    if set(vehicle.channels) <= set(stated.channels):
+        return stated, vehicle
+    topics = topics_of(source)
+    guess = guess_plan(topics, vehicle.channels)
+    plan = Plan({**guess.channels, **stated.channels}, stated.poses or guess.poses)
     warn("no mapping given; by the names in the bag:\n" + plan_as_toml(plan))
+    for sentence in ambiguities(topics, vehicle.channels, plan):
+        warn(sentence)
     return plan, vehicle
 
 

@@ -28,6 +28,31 @@ _MEASURED = re.compile(r"truth|mocap|motion_?capture|vicon|optitrack|qualisys|gt
 
 def guess_plan(topics: Sequence[Topic], channels: Sequence[Channel] = _WHEELS) -> Plan:
     """Return the plan that names and types suggest; ambiguous channels and poses are left out."""
+    sources, poses = _sources(topics, channels), _poses(topics)
+    return Plan(
+        {channel: named[0] for channel, named in sources.items() if len(named) == 1},
+        _exported_poses(topics, channels) or ({"a": PoseSource(poses[0])} if len(poses) == 1 else {}),
+    )
+
+
+def ambiguities(topics: Sequence[Topic], channels: Sequence[Channel], plan: Plan) -> list[str]:
+    """Return a sentence for all that a plan leaves open because several names in the bag fit."""
+    options = {
+        f"--channel {channel}=": [f"{source.topic}:{source.part}".rstrip(":") for source in named]
+        for channel, named in _sources(topics, channels).items()
+        if channel not in plan.channels
+    }
+    if not plan.poses:
+        options["--pose a="] = _poses(topics)
+    return [
+        f"ambiguous, give one: {' or '.join(option + name for name in names)}"
+        for option, names in options.items()
+        if len(names) > 1
+    ]
+
+
+def _sources(topics: Sequence[Topic], channels: Sequence[Channel]) -> dict[Channel, list[ChannelSource]]:
+    """Return for each channel all that are named like it."""
     candidates = [
         ChannelSource(topic.name, part if topic.kind == JOINTS else "")
         for topic in topics
@@ -35,23 +60,16 @@ def guess_plan(topics: Sequence[Topic], channels: Sequence[Channel] = _WHEELS) -
         for part in (topic.parts if topic.kind == JOINTS else ("",))
     ]
     single = len(channels) == len(_WHEELS)
-    sources = {channel: _unique_candidate(channel, candidates, single) for channel in channels}
-    return Plan(
-        {channel: source for channel, source in sources.items() if source is not None},
-        _exported_poses(topics, channels) or _poses(topics),
-    )
+    return {channel: _named_like(channel, candidates, single) for channel in channels}
 
 
-def _unique_candidate(
-    channel: Channel, candidates: Sequence[ChannelSource], single: bool
-) -> ChannelSource | None:
-    """Return the only candidate that is named like a channel; None where none or several are."""
+def _named_like(channel: Channel, candidates: Sequence[ChannelSource], single: bool) -> list[ChannelSource]:
     names = {source: _normalised(source.part or source.topic) for source in candidates}
     named = [source for source in candidates if _normalised(channel) in names[source]]
     if not named and single:
         named = [source for source in candidates if _SIDES[channel].search(names[source])]
         named = [source for source in named if _WHEEL.search(names[source])] or named
-    return named[0] if len(named) == 1 else None
+    return named
 
 
 def _normalised(name: str) -> str:
@@ -67,13 +85,12 @@ def _exported_poses(topics: Sequence[Topic], channels: Sequence[Channel]) -> dic
     return {truck: PoseSource(name) for truck, name in places.items() if name in there}
 
 
-def _poses(topics: Sequence[Topic]) -> dict[TruckName, PoseSource]:
-    """Return the poses of truck a, preferably a topic named like a measurement, never odometry."""
+def _poses(topics: Sequence[Topic]) -> list[str]:
+    """Return topics that may be poses of truck a, preferably one named like a measurement, never odometry."""
     able = [topic for topic in topics if topic.kind in POSES and topic.count and not topic.parts]
-    measured = [topic for topic in able if _MEASURED.search(_normalised(topic.name))]
-    other = [topic for topic in able if topic.kind != "nav_msgs/Odometry"]
-    best = measured if len(measured) == 1 else other
-    return {"a": PoseSource(best[0].name)} if len(best) == 1 else {}
+    measured = [topic.name for topic in able if _MEASURED.search(_normalised(topic.name))]
+    other = [topic.name for topic in able if topic.kind != "nav_msgs/Odometry"]
+    return measured if len(measured) == 1 else other
 
 
 def plan_as_toml(plan: Plan) -> str:

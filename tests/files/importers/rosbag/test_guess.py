@@ -2,7 +2,7 @@
 
 import pytest
 
-from omnimate.files.importers.rosbag.guess import guess_plan, plan_as_toml
+from omnimate.files.importers.rosbag.guess import ambiguities, guess_plan, plan_as_toml
 from omnimate.files.importers.rosbag.plan import ChannelSource, PoseSource, read_plan
 from omnimate.files.importers.rosbag.reader import Topic
 from omnimate.vehicle.parameters import CHANNELS
@@ -36,6 +36,17 @@ def test_ticks_are_found_by_the_names_of_topics():
 def test_two_that_are_named_alike_are_left_open():
     parts = ("front_left_wheel", "rear_left_wheel", "right_wheel")
     assert set(guess_plan([Topic("/joint_states", JOINTS, 10, parts)]).channels) == {"a.right"}
+
+
+def test_each_of_several_that_are_named_alike_is_offered_until_one_is_given():
+    parts, wheels = ("front_left_wheel", "rear_left_wheel", "right_wheel"), ("a.left", "a.right")
+    topics = [Topic("/joints", JOINTS, 10, parts), Topic("/one", POSE, 1), Topic("/two", POSE, 1)]
+    guess = guess_plan(topics)
+    first, second = ambiguities(topics, wheels, guess)
+    assert "--channel a.left=/joints:front_left_wheel or --channel a.left=/joints:rear_left_wheel" in first
+    assert second.endswith("--pose a=/one or --pose a=/two")
+    guess.channels["a.left"], guess.poses["a"] = ChannelSource("/joints", parts[1]), PoseSource("/one")
+    assert ambiguities(topics, wheels, guess) == []
 
 
 def test_channels_of_two_trucks_are_found_by_their_own_names():
