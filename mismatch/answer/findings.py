@@ -17,7 +17,7 @@ from omnimate.mismatch.answer.drawn import evidence_of
 from omnimate.mismatch.answer.omnibus import leftover
 from omnimate.mismatch.answer.relevance import relevant
 from omnimate.mismatch.answer.repeats import repeats_of
-from omnimate.mismatch.answer.rerun import rerun
+from omnimate.mismatch.answer.rerun import STRETCH, rerun
 from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
 from omnimate.mismatch.answer.where import channels_of, crossings, laps_at, places_at, row_names
 from omnimate.mismatch.candidates.pushes import PUSH_REGIME
@@ -136,9 +136,11 @@ def answer(investigation: Investigation) -> Diagnosis:
 
 def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> list[Finding]:
     """Return what is left and can be predicted, unless something without a name was already found."""
-    if not left.predictions or any(finding.effect == UNKNOWN for finding in present):
+    strongest = left.strongest
+    if strongest is None or any(finding.effect == UNKNOWN for finding in present):
         return []
-    strongest = max(left.predictions, key=lambda prediction: prediction.share)
+    shown = strongest.shown
+    missed = f"missed after {STRETCH:.0f} s of open loop" if shown.open_loop else "left"
     named = excess if present else 0.0
     quantities = tuple(
         dict.fromkeys(
@@ -152,11 +154,11 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
             UNKNOWN,
             strongest.component,
             min(left.probability, SUREST),
-            where=Where((strongest.channel,), (), strongest.quantity),
+            where=Where((shown.channel,), (), strongest.quantity),
             explained=strongest.gain / (strongest.gain + named),
             says="Something that no effect of the library explains acts on "
-            f"{component_in_words(strongest.component)}: {strongest.share:.0%} of what is left on "
-            f"{strongest.channel} depends on {strongest.quantity}.",
+            f"{component_in_words(strongest.component)}: {shown.share:.0%} of what is {missed} on "
+            f"{shown.channel} depends on {strongest.quantity}.",
             depends_on=quantities,
         )
     ]

@@ -44,6 +44,12 @@ def usual_levels(regression: Regression) -> NoiseLevels:
     return NoiseLevels(*np.exp(usual).tolist())
 
 
+def roughest_levels(regression: Regression) -> NoiseLevels:
+    """Return a robot's own noise levels, at least the largest of a usual robot."""
+    largest = nominal_levels(regression.windows).levels() + LOG_LEVEL_SIGMA
+    return NoiseLevels(*np.exp(np.maximum(regression.noise.levels(), largest)).tolist())
+
+
 def innovations(regression: Regression) -> dict[str, float]:
     """Return by how much a nominal robot misses each channel from one reading to the next, rms; 1 is own."""
     variance = innovation_variance(regression, nominal_levels(regression.windows))

@@ -12,25 +12,26 @@ et al., NeuroImage 141, 2016).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omnimate.effects.block import LINKAGE
 from omnimate.mismatch.answer.nominal import innovation_variance, usual_levels
+from omnimate.mismatch.answer.shares import largest_share, open_loop_shares, scaled
 from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.terms import UNKNOWN_PRIOR
 from omnimate.mismatch.evidence.rows import products_by_group
 from omnimate.mismatch.recording.folds import folds_of
-from omnimate.mismatch.recording.pose_outliers import MAD_TO_SIGMA
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from numpy.typing import NDArray
 
+    from omnimate.mismatch.answer.shares import Share
     from omnimate.mismatch.candidates.unknown import UnknownErrors
     from omnimate.mismatch.evidence.posterior import Posterior
     from omnimate.vehicle.se2 import Array
@@ -41,7 +42,6 @@ RELEVANT = (
     0.05  # declared share of an error (not of its square) below which a mismatch is a trace: a twentieth
 )
 RELEVANT_SQUARE = 1.0 - (1.0 - RELEVANT) ** 2  # share of a square that goes with that share of an error
-OUTLYING = 4.0  # [standard deviations] at which innovations are cut: single pushes are no pattern
 SHORTEST = 0.05  # share of a recording by which innovations are shifted at least
 SHOWN = 6  # predictions that are kept, at most
 BATCH = 32  # errors whose columns are in memory at once
@@ -53,10 +53,7 @@ class Prediction:
 
     component: str  # component that has the error; of a quantity, the sensor of the channel
     quantity: str  # on which it depends
-    channel: str  # name of the channel on which it shows most
-    # of the innovations' square in that channel on stretches that are left out, or of the square of what
-    # `nominal.usual_levels` let expect, where that is larger
-    share: float
+    shown: Share  # where it shows most
     gain: float  # fall of the chi-square of all channels there
     columns: Array  # what predicts it, in all rows of the regression, `(V, k)`
 
@@ -69,9 +66,14 @@ class Leftover:
     predictions: tuple[Prediction, ...] = ()  # those beyond the largest of the null, strongest first
 
     @property
+    def strongest(self) -> Prediction | None:
+        """The prediction of the largest share."""
+        return max(self.predictions, key=lambda prediction: prediction.shown.share, default=None)
+
+    @property
     def relevant(self) -> bool:
         """Whether something predicts a share of a channel that is no trace."""
-        return any(prediction.share >= RELEVANT_SQUARE for prediction in self.predictions)
+        return self.strongest is not None and self.strongest.shown.share >= RELEVANT_SQUARE
 
     @property
     def probability(self) -> float:
@@ -150,32 +152,31 @@ def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int
     p_value = _tail(float(largest[0]), largest[1:])
     if p_value >= ERROR_RATE:
         return Leftover(p_value)
-    expected = innovation_variance(regression, usual_levels(regression))
+    expected = innovation_variance(regression, usual_levels(regression)) / scale**2
     beyond = np.flatnonzero(gain[:, 0] > largest[1:].max())
     errors = beyond[beyond < len(unknown.terms)]
     strongest = errors if len(errors) else beyond
     strongest = strongest[np.argsort(-gain[strongest, 0])][:SHOWN]
     numbered = [(predictor, number) for predictor in predictors for number in range(len(predictor.widths))]
-    predictions = []
-    for at in strongest:
+    predictions, sizes_of_errors = {}, {}
+    for at in strongest.tolist():
         predictor, number = numbered[at]
         rows = predictor.rows
         columns, channel = np.zeros((len(data), predictor.widths[number])), regression.channel[rows]
         columns[rows] = part = predictor.columns(slices_of(predictor.widths)[number])
         gram, products = products_by_group(fold[rows], part, data[rows, 0])
-        predicted = (part * _without_fold(gram, products[:, :, None])[fold[rows], :, 0]).sum(axis=1)
-        falls = np.bincount(channel, predicted * (2.0 * data[rows, 0] - predicted))
-        shown = int(falls.argmax())
-        seen = regression.channel == shown
-        square = max(
-            float((data[seen, 0] ** 2).sum()),
-            float((expected[seen] / scale[seen] ** 2).sum()),
-        )
-        share = float(falls[shown]) / square
+        sizes = _without_fold(gram, products[:, :, None])[fold[rows], :, 0]
+        predicted = (part * sizes).sum(axis=1)
+        shown = largest_share(names, channel, data[rows, 0], predicted, expected[rows])
         component, quantity = predictor.names[number]
         fall, in_units = float(gain[at, 0]), columns * scale[:, None]
-        predictions.append(Prediction(component, quantity, names[shown], share, fall, in_units))
-    return Leftover(p_value, tuple(predictions))
+        predictions[at] = Prediction(component, quantity, shown, fall, in_units)
+        if at < len(unknown.terms):
+            sizes_of_errors[at] = sizes
+    for at, shown in open_loop_shares(regression, sizes_of_errors).items():
+        if shown.share > predictions[at].shown.share:
+            predictions[at] = replace(predictions[at], shown=shown)
+    return Leftover(p_value, tuple(predictions.values()))
 
 
 def _of_channel(unknown: UnknownErrors, rows: NDArray[np.int64], channel: str) -> _Predictors:
@@ -194,11 +195,10 @@ def _data_and_null(
     The null's are shifted in a circle, channel by channel, and their signs are drawn for each stretch.
     """
     chance = np.random.default_rng(0)
-    scale, data = np.ones(len(innovations)), np.empty((len(innovations), 1 + DRAWS))
+    scale, cut = scaled(innovations, channel)
+    data = np.empty((len(innovations), 1 + DRAWS))
     for rows in (np.flatnonzero(channel == number) for number in np.unique(channel)):
-        values = innovations[rows]
-        scale[rows] = max(MAD_TO_SIGMA * float(np.median(np.abs(values))), 0.3 * float(values.std()), 1e-9)
-        values = np.clip(values / scale[rows], -OUTLYING, OUTLYING)
+        values = cut[rows]
         sign = chance.choice([-1.0, 1.0], size=(int(stretch.max()) + 1, DRAWS))
         least = int(SHORTEST * len(values))
         shifts = chance.integers(least, len(values) - least, size=DRAWS)

@@ -22,7 +22,7 @@ from omnimate.mismatch.recording.response import misread_columns, moved_columns
 from omnimate.mismatch.recording.windows import pushed_by_curves
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Collection, Iterator
 
     from numpy.typing import NDArray
 
@@ -43,8 +43,8 @@ FIELD = "place and heading on a floor that repeats every {:.2f} m"
 FLOOR = "place on a floor that repeats every {:.2f} m"
 
 
-# Component, what the error acts on, and quantity; number of columns.
-Group = tuple[tuple[str, str, str], int]
+# Component, what the error acts on, and quantity; its columns among those of the error.
+Group = tuple[tuple[str, str, str], list[int]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,10 +78,10 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
     groups, white = [], []
     pairs = zip(regression.windows, curves, strict=True)
     for of_recordings in zip(*(_columns(*pair, turned=turned) for pair in pairs), strict=True):
-        of_error, order, _ = of_recordings[0]
+        of_error, _ = of_recordings[0]
         groups += of_error
-        columns = regression.whitened([columns for *_, columns in of_recordings])
-        white.append(columns.astype(np.float32)[:, order])
+        columns = regression.whitened([build() for _, build in of_recordings])
+        white.append(columns.astype(np.float32)[:, [column for _, order in of_error for column in order]])
     odds = UNKNOWN_PRIOR.log_odds - math.log(len(groups) / len({group[:2] for group, _ in groups}))
     terms = [
         Term(UNKNOWN, component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
@@ -89,11 +89,27 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
     ]
     return UnknownErrors(
         terms,
-        [width for _, width in groups],
+        [len(order) for _, order in groups],
         np.hstack(white),
         {quantity: 2 * len(values) for quantity, values in curves[0].items()},
         regression.of_rows([_curves_at_ends(*pair) for pair in zip(regression.windows, curves, strict=True)]),
     )
+
+
+def raw_columns(regression: Regression, numbers: Collection[int]) -> dict[int, list[Columns]]:
+    """Return of some of all unknown errors, by number, the columns of each recording that are whitened."""
+    signals = [windows.signals for windows in regression.windows]
+    turned = turns(signals)
+    pairs = zip(regression.windows, shared_quantities(signals), strict=True)
+    raw, first = {}, 0
+    for of_recordings in zip(*(_columns(*pair, turned=turned) for pair in pairs), strict=True):
+        groups, _ = of_recordings[0]
+        wanted = {number: order for number, (_, order) in enumerate(groups, first) if number in numbers}
+        first += len(groups)
+        columns = [build() for _, build in of_recordings] if wanted else []
+        for number, order in wanted.items():
+            raw[number] = [(inputs[:, :, order], measured[:, :, order]) for inputs, measured in columns]
+    return raw
 
 
 def _curves_at_ends(windows: Windows, shared: Curves) -> Array:
@@ -106,8 +122,8 @@ def _curves_at_ends(windows: Windows, shared: Curves) -> Array:
 
 def _columns(
     windows: Windows, shared: Curves, *, turned: bool
-) -> Iterator[tuple[list[Group], list[int], Columns]]:
-    """Yield of each error its groups, all columns, and their order in the groups, which share a constant.
+) -> Iterator[tuple[list[Group], Callable[[], Columns]]]:
+    """Yield of each error its groups, which share a constant, and a function that builds all columns.
 
     That is one error at a time, as all take much memory. Errors per turn are left out where the drive does
     not turn.
@@ -119,22 +135,25 @@ def _columns(
         if error.acts_on == "turn" and not turned:
             continue
         constant = [] if error.constant_is_calibrated else [0]
-        of_groups = [[*constant, *range(place.start, place.stop)] for place in places.values()]
-        groups = [
-            ((error.component, error.acts_on, quantity), len(order))
-            for quantity, order in zip(shared, of_groups, strict=True)
-        ]
-        yield groups, [column for order in of_groups for column in order], error.build(curves)
-    patterns = [_patterns(windows, wheel) for wheel in range(len(windows.signals.wheels))]
+        yield (
+            [
+                ((error.component, error.acts_on, quantity), [*constant, *range(place.start, place.stop)])
+                for quantity, place in places.items()
+            ],
+            partial(error.build, curves),
+        )
     for component, wheels in _rolling(windows):
-        groups = [((component, "", FLOOR.format(1.0 / repeats)), 4) for repeats in REPEATS]
-        pushed, misread = (np.sum([patterns[wheel][part] for wheel in wheels], axis=0) for part in (0, 1))
-        yield groups, list(range(4 * len(REPEATS))), (pushed, misread)
+        yield _repeating(component, FLOOR, 4), partial(_patterns, windows, wheels)
     for number, truck in enumerate(windows.signals.trucks if turned else ()):
-        groups = [((truck, "", FIELD.format(1.0 / repeats)), 8) for repeats in REPEATS]
-        creep = PER_METRE * np.abs(windows.signals.block.twist[:, number, 0])
-        pulls = _moves(windows, number, 1, creep, _pulls(windows, number))
-        yield groups, list(range(8 * len(REPEATS))), pulls
+        yield _repeating(truck, FIELD, 8), partial(_pulls, windows, number)
+
+
+def _repeating(component: str, floor: str, width: int) -> list[Group]:
+    """Return the groups of a component's errors on floors that repeat themselves."""
+    return [
+        ((component, "", floor.format(1.0 / repeats)), list(range(width * number, width * (number + 1))))
+        for number, repeats in enumerate(REPEATS)
+    ]
 
 
 def errors(windows: Windows) -> list[Error]:
@@ -176,17 +195,21 @@ def _rolling(windows: Windows) -> list[tuple[str, tuple[int, ...]]]:
     return [*rolling, ("left", (0, 2)), ("right", (1, 3))] if len(wheels) == 4 else rolling
 
 
-def _patterns(windows: Windows, wheel: int) -> Columns:
-    """Return the columns of a wheel that rolls over floors that repeat themselves along both axes."""
-    block, truck = windows.signals.block, wheel // 2
-    heading = block.heading[:, truck]
-    aside = (0.5, -0.5)[wheel % 2] * block.wheelbase[truck]
-    place = block.place[:, truck] + aside * np.stack([-np.sin(heading), np.cos(heading)], axis=1)
-    return _way(windows, (wheel,), _waves_at(place).reshape(len(block), -1))
+def _patterns(windows: Windows, wheels: tuple[int, ...]) -> Columns:
+    """Return the columns of wheels that roll over floors that repeat themselves along both axes."""
+    block = windows.signals.block
+    parts = []
+    for wheel in wheels:
+        truck = wheel // 2
+        heading = block.heading[:, truck]
+        aside = (0.5, -0.5)[wheel % 2] * block.wheelbase[truck]
+        place = block.place[:, truck] + aside * np.stack([-np.sin(heading), np.cos(heading)], axis=1)
+        parts.append(_way(windows, (wheel,), _waves_at(place).reshape(len(block), -1)))
+    return np.sum([inputs for inputs, _ in parts], axis=0), parts[0][1]
 
 
-def _pulls(windows: Windows, truck: int) -> Array:
-    """Return how far to the left pulls of a floor that repeats itself act, `(N - 1, R * 8)`.
+def _pulls(windows: Windows, truck: int) -> Columns:
+    """Return the columns of a truck that floors which repeat themselves pull to either side.
 
     A pull acts along either axis: on a floor with waves a truck creeps downhill.
     """
@@ -194,7 +217,8 @@ def _pulls(windows: Windows, truck: int) -> Array:
     heading = block.heading[:, truck]
     waves = _waves_at(block.place[:, truck]).reshape(len(block), len(REPEATS), 1, 4)
     left = np.stack([-np.sin(heading), np.cos(heading)], axis=1).reshape(len(block), 1, 2, 1)
-    return np.asarray((waves * left).reshape(len(block), -1))
+    creep = PER_METRE * np.abs(block.twist[:, truck, 0])
+    return _moves(windows, truck, 1, creep, (waves * left).reshape(len(block), -1))
 
 
 def _waves_at(place: Array) -> Array:

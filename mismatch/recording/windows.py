@@ -7,7 +7,7 @@ waves cause. Windows end where the filter measures.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -67,6 +67,15 @@ class Windows:
     def at_ends(self, steps: Array) -> Array:
         """Return the values of steps `(N - 1, ...)` at the windows' ends, `(M + 1, ...)`."""
         return np.asarray(steps[np.maximum(self.ends - 1, 0)])
+
+    def thinned(self, stretch: float) -> Windows:
+        """Return windows in which each row is measured once in a stretch [s], and open loop in between."""
+        starts, thin = np.arange(self.time[0], self.time[-1], stretch), np.full_like(self.measured, np.nan)
+        for row, values in enumerate(self.measured.T):
+            known = np.append(np.flatnonzero(np.isfinite(values)), len(values) - 1)
+            kept = known[np.searchsorted(self.time[known], starts)]
+            thin[kept, row] = values[kept]
+        return replace(self, measured=thin)
 
     def pose_rows(self, truck: int) -> slice:
         """Return the rows of the pose of a truck, by its number."""
