@@ -32,9 +32,13 @@ class MotionState(NamedTuple):
     start: float  # time at the start of the drive [s]
     way: float  # distance rolled since then, forward and back [m]
     past: float = 0.0  # weighted mean of earlier accelerations [m/s^2], see `past_acceleration`
+    warmth: float = 0.0  # likewise of earlier speeds [m/s], see `recent_speed`
+    wound: float = 0.0  # likewise of the directions of earlier turns, see `turning_on`
 
 
 PAST_ACCELERATION_TIME = 1.0  # [s] time constant of `past_acceleration`: longer than a change of speed
+RECENT_SPEED_TIME = 30.0  # [s] time constant of `recent_speed`: a tyre warms up in a minute or two
+TURNED_ANGLE = 0.3  # [rad] of a turn that is remembered by `turning_on`: it winds up a tyre's contact patch
 
 
 class Motion:
@@ -64,7 +68,12 @@ class Motion:
 
     def after(self) -> MotionState:
         """Return the state of the motion at the end of the block."""
-        return self.begun._replace(way=float(self.way[-1]), past=float(self.past_acceleration[-1]))
+        return self.begun._replace(
+            way=float(self.way[-1]),
+            past=float(self.past_acceleration[-1]),
+            warmth=float(self.recent_speed[-1]),
+            wound=float(self._turned[-1]),
+        )
 
     @property
     def speeds(self) -> Array:
@@ -118,6 +127,23 @@ class Motion:
         acceleration = self.mean(self.block.acceleration)
         return recent_mean(self.block.period, acceleration, PAST_ACCELERATION_TIME, self.begun.past)
 
+    @property
+    def recent_speed(self) -> Array:
+        """Mean of the speeds so far, forward and back, with exponentially falling weights [m/s]."""
+        speed = np.abs(self.mean(self.block.speed))
+        return recent_mean(self.block.period, speed, RECENT_SPEED_TIME, self.begun.warmth)
+
+    @property
+    def turning_on(self) -> Array:
+        """How far the truck turns on as it turned before: from -1 after a reversal to 1; 0 if it does not."""
+        return np.asarray(np.sign(self.turn_rates[:, self.truck]) * self._turned)
+
+    @property
+    def _turned(self) -> Array:
+        """Direction in which the truck turned of late, from -1 to 1: the state of Dahl's friction (1968)."""
+        turn = self.turn_rates[:, self.truck] * self.block.period
+        return recent_mean(np.abs(turn), np.sign(turn), TURNED_ANGLE, self.begun.wound)
+
     def mean(self, signal: Array) -> Array:
         """Return a signal `(K, W)` of the component's wheel, or the mean of its truck's wheels."""
         wheels = wheel_columns(self.component) or (2 * self.truck, 2 * self.truck + 1)
@@ -170,6 +196,10 @@ VARIABLES: dict[str, Variable] = {
     "acceleration": Variable("m/s^2", "rate of change of it", lambda m: m.mean(m.block.acceleration)),
     "past_acceleration": Variable("m/s^2", "mean of the accelerations of the last seconds",
         lambda m: m.past_acceleration),
+    "recent_speed": Variable("m/s", "mean of the speeds of the last half minute, forward and back",
+        lambda m: m.recent_speed),
+    "turning_on": Variable("1", "whether the truck turns on as in the last 0.3 rad: -1 after a reversal, "
+        "then up to 1; 0 where it does not turn", lambda m: m.turning_on),
     "turn_rate": Variable("rad/s", "turn rate of the truck, to the left", lambda m: m.turn_rates[:, m.truck]),
     "yaw_acceleration": Variable("rad/s^2", "rate of change of it",
         lambda m: m.yaw_accelerations[:, m.truck]),

@@ -1,6 +1,7 @@
 """Laws: what formulas and curves do, and that they do the same as the effects that have a name."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,13 @@ from omnimate.effects.errors import EffectError, EffectsFileError
 from omnimate.effects.file import format_effects, parse_effects
 from omnimate.effects.law import Law, law_quantities
 from omnimate.effects.stages import replay
-from omnimate.effects.variables import VARIABLES, Motion, available_variables
+from omnimate.effects.variables import (
+    RECENT_SPEED_TIME,
+    TURNED_ANGLE,
+    VARIABLES,
+    Motion,
+    available_variables,
+)
 from omnimate.vcan_sim.floor import SMOOTH
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
@@ -120,6 +127,27 @@ def test_variables_are_what_the_block_says_of_the_component(block):
     assert np.array_equal(of_truck["y"], block.place[:, 1, 1])
     assert np.array_equal(of_wheel["link"], block.reading[:, 2])
     assert set(of_wheel) == set(VARIABLES)
+
+
+def test_a_truck_turns_on_until_it_reverses_and_again_after_a_turn_longer_than_its_memory(block):
+    """It is the state of Dahl's friction, in units of the friction."""
+    rate = np.repeat([0.5, 0.0, -0.5], [133, 133, 134])
+    speed = 0.17 * np.stack([-rate, rate, -rate, rate], axis=1)
+    turning = Motion(replace(block, speed=speed), "b").turning_on
+    turned = 0.5 * 133 * PERIOD
+    assert turning[132] == pytest.approx(1.0 - math.exp(-turned / TURNED_ANGLE))
+    assert not turning[133:266].any()
+    assert turning[266] == pytest.approx(-turning[132], abs=0.1)
+    assert (np.diff(turning[266:]) > 0.0).all()
+
+
+def test_a_tyres_recent_speed_grows_to_its_speed_and_falls_when_it_stands(block):
+    steps = len(block)
+    speed = np.where(np.arange(steps) < 200, -0.3, 0.0)[:, None] * np.ones(4)
+    period = np.full(steps, 0.5)
+    recent = Motion(replace(block, speed=speed, period=period), "a.left").recent_speed
+    assert recent[199] == pytest.approx(0.3 * (1.0 - math.exp(-100.0 / RECENT_SPEED_TIME)))
+    assert recent[-1] == pytest.approx(recent[199] * math.exp(-100.0 / RECENT_SPEED_TIME))
 
 
 def test_rates_of_the_linkage_are_how_its_readings_change_as_the_trucks_move(block):
