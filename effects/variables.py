@@ -33,12 +33,14 @@ class MotionState(NamedTuple):
     way: float  # distance rolled since then, forward and back [m]
     past: float = 0.0  # weighted mean of earlier accelerations [m/s^2], see `past_acceleration`
     warmth: float = 0.0  # likewise of earlier speeds [m/s], see `recent_speed`
-    wound: float = 0.0  # likewise of the directions of earlier turns, see `turning_on`
+    rolled: float = 0.0  # likewise of the directions in which it rolled, see `rolling_on`
+    turned: float = 0.0  # likewise of the directions of its turns, see `turning_on`
 
 
 PAST_ACCELERATION_TIME = 1.0  # [s] time constant of `past_acceleration`: longer than a change of speed
 RECENT_SPEED_TIME = 30.0  # [s] time constant of `recent_speed`: a tyre warms up in a minute or two
-TURNED_ANGLE = 0.3  # [rad] of a turn that is remembered by `turning_on`: it winds up a tyre's contact patch
+ROLLED_DISTANCE = 0.01  # [m] that is remembered by `rolling_on`: several times the play of a gear
+TURNED_ANGLE = 0.3  # [rad] that is remembered by `turning_on`: it winds up a tyre's contact patch
 
 
 class Motion:
@@ -72,7 +74,8 @@ class Motion:
             way=float(self.way[-1]),
             past=float(self.past_acceleration[-1]),
             warmth=float(self.recent_speed[-1]),
-            wound=float(self._turned[-1]),
+            rolled=float(self._rolled[-1]),
+            turned=float(self._turned[-1]),
         )
 
     @property
@@ -134,15 +137,24 @@ class Motion:
         return recent_mean(self.block.period, speed, RECENT_SPEED_TIME, self.begun.warmth)
 
     @property
+    def rolling_on(self) -> Array:
+        """How far it rolls on as it rolled before: from -1 after a reversal to 1; 0 where it stands."""
+        return np.asarray(np.sign(self.mean(self.block.speed)) * self._rolled)
+
+    @property
     def turning_on(self) -> Array:
-        """How far the truck turns on as it turned before: from -1 after a reversal to 1; 0 if it does not."""
+        """How far the truck turns on as it turned before, likewise."""
         return np.asarray(np.sign(self.turn_rates[:, self.truck]) * self._turned)
 
     @property
+    def _rolled(self) -> Array:
+        way = self.mean(self.block.speed) * self.block.period
+        return _recent_direction(way, ROLLED_DISTANCE, self.begun.rolled)
+
+    @property
     def _turned(self) -> Array:
-        """Direction in which the truck turned of late, from -1 to 1: the state of Dahl's friction (1968)."""
         turn = self.turn_rates[:, self.truck] * self.block.period
-        return recent_mean(np.abs(turn), np.sign(turn), TURNED_ANGLE, self.begun.wound)
+        return _recent_direction(turn, TURNED_ANGLE, self.begun.turned)
 
     def mean(self, signal: Array) -> Array:
         """Return a signal `(K, W)` of the component's wheel, or the mean of its truck's wheels."""
@@ -161,6 +173,11 @@ def recent_mean(steps: Array, values: Array, length: float, start: float = 0.0) 
     """
     kept = np.exp(-steps / length)
     return decaying_sum(kept, (1.0 - kept) * values, start)
+
+
+def _recent_direction(moves: Array, length: float, start: float) -> Array:
+    """Return the direction of the moves (K,) of late, from -1 to 1: the state of Dahl's friction (1968)."""
+    return recent_mean(np.abs(moves), np.sign(moves), length, start)
 
 
 @compiled
@@ -198,6 +215,8 @@ VARIABLES: dict[str, Variable] = {
         lambda m: m.past_acceleration),
     "recent_speed": Variable("m/s", "mean of the speeds of the last half minute, forward and back",
         lambda m: m.recent_speed),
+    "rolling_on": Variable("1", "whether it rolls on as in the last 10 mm: -1 after a reversal, "
+        "then up to 1; 0 where it stands", lambda m: m.rolling_on),
     "turning_on": Variable("1", "whether the truck turns on as in the last 0.3 rad: -1 after a reversal, "
         "then up to 1; 0 where it does not turn", lambda m: m.turning_on),
     "turn_rate": Variable("rad/s", "turn rate of the truck, to the left", lambda m: m.turn_rates[:, m.truck]),

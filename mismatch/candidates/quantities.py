@@ -25,6 +25,7 @@ FOOTPRINT = 0.05  # [m] contact length of a wheel: a robot that strays less meet
 # The recent past, in steps of a factor of three, and oscillators that are a resonance's width apart
 RECENT_TIMES = (3.0, 10.0, 30.0, 100.0)  # [s] over which a speed is forgotten: from a manoeuvre to a drive
 RECENT_ANGLES = (0.1, 0.3, 1.0)  # [rad] of turning over which its direction is forgotten
+RECENT_WAYS = (0.003, 0.01, 0.03)  # [m] likewise of rolling: from a gear's play to a castor's trail
 FREQUENCIES = 0.4 * 1.25 ** np.arange(8)  # [Hz] 0.4 to 1.9: what readings four times a second show
 OSCILLATION = "oscillation of {:.1f} Hz after {}"
 DAMPING = 0.1  # of an oscillator, over the critical one
@@ -72,6 +73,7 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
             curves[f"past acceleration of {wheel}"] = bends(Motion(block, wheel).past_acceleration)
     speed = np.abs(lead.speeds[:, 0])
     curves["recent speed"] = [standard(recent_mean(block.period, speed, length)) for length in RECENT_TIMES]
+    curves["rolling since a reversal"] = reversals(lead.speeds[:, 0] * block.period, RECENT_WAYS)
     curves |= oscillations("accelerations", block.period, lead.mean(block.acceleration))
     noise = noise_of_path(signals)
     for number, truck in enumerate(signals.trucks):
@@ -94,7 +96,7 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
         turning = lead.turn_rates[:, 0]
         curves["turn rate"] = bends(turning)
         curves["yaw acceleration"] = bends(lead.yaw_accelerations[:, 0])
-        curves["turning since a reversal"] = reversals(turning * block.period)
+        curves["turning since a reversal"] = reversals(turning * block.period, RECENT_ANGLES)
         curves |= oscillations("turns", block.period, lead.yaw_accelerations[:, 0])
         curves["lateral acceleration"] = bends(turning * lead.speeds[:, 0])
     for number, joint in enumerate(JOINTS if linked else ()):
@@ -143,13 +145,17 @@ def bends(values: Array) -> list[Array]:
     return [standard(np.interp(values, knots, ordinate)) for ordinate in np.eye(len(knots))[1:]]
 
 
-def reversals(yaw: Array) -> list[Array]:
-    """Return the direction in which a robot turned of late, and whether its turns (K,) [rad] go on in it.
+def reversals(moves: Array, memory: Sequence[float]) -> list[Array]:
+    """Return the direction in which a robot moved of late, and whether its moves (K,) go on in it.
 
-    That is the state of Dahl's model of friction (1968), which is forgotten over each of `RECENT_ANGLES`.
+    That is the state of Dahl's model of friction (1968), which is forgotten over each of the moves `memory`.
+    None are returned where it hardly ever moves back.
     """
-    direction = np.sign(yaw)
-    states = [recent_mean(np.abs(yaw), direction, angle) for angle in RECENT_ANGLES]
+    direction = np.sign(moves)
+    forward = float(np.maximum(moves, 0.0).sum()) / max(float(np.abs(moves).sum()), 1e-9)
+    if not RARE < forward < 1.0 - RARE:
+        return []
+    states = [recent_mean(np.abs(moves), direction, length) for length in memory]
     return [standard(part) for state in states for part in (state, direction * state)]
 
 

@@ -88,7 +88,7 @@ class LearnedLaw:
                     null,
                     over=curve.variable,
                     knots=tuple(curve.knots.tolist()),
-                    ordinates=tuple((curve.at_knots @ values[part]).tolist()),
+                    ordinates=tuple(np.clip(curve.at_knots @ values[part], -1.0, 1.0).tolist()),
                     period=curve.period,
                 )
                 for curve, part in zip(curves, parts, strict=True)

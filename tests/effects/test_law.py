@@ -15,6 +15,7 @@ from omnimate.effects.law import Law, law_quantities
 from omnimate.effects.stages import replay
 from omnimate.effects.variables import (
     RECENT_SPEED_TIME,
+    ROLLED_DISTANCE,
     TURNED_ANGLE,
     VARIABLES,
     Motion,
@@ -139,6 +140,16 @@ def test_a_truck_turns_on_until_it_reverses_and_again_after_a_turn_longer_than_i
     assert not turning[133:266].any()
     assert turning[266] == pytest.approx(-turning[132], abs=0.1)
     assert (np.diff(turning[266:]) > 0.0).all()
+
+
+def test_what_rolls_on_is_known_for_each_wheel_and_changes_its_sign_where_it_reverses(block):
+    speed = 0.2 * np.sign(block.speed)
+    way, direction = 0.2 * PERIOD, np.sign(block.speed[:, 1])
+    rolling = Motion(replace(block, speed=speed), "a.right").rolling_on
+    back = np.flatnonzero(direction[1:] != direction[:-1])[0] + 1
+    assert rolling[back - 1] == pytest.approx(1.0 - math.exp(-back * way / ROLLED_DISTANCE))
+    assert rolling[back] == pytest.approx(1.0 - math.exp(-way / ROLLED_DISTANCE) * (1.0 + rolling[back - 1]))
+    assert rolling[back + 20] > 0.99
 
 
 def test_a_tyres_recent_speed_grows_to_its_speed_and_falls_when_it_stands(block):

@@ -52,6 +52,14 @@ def test_laws_of_the_library_are_found_by_name_and_hold_on_another_drive(drive):
     assert np.mean(named) >= 0.8
 
 
+def test_a_curve_beyond_what_a_law_may_be_is_cut(drive):
+    """A wheel cannot roll the other way by more than it turns."""
+    seen = drive(1)
+    [curve, *_] = seen.learned(2.0 * OUTSIDE["flat spot"](seen.variables), scale=1.0).effects
+    assert curve.over
+    assert np.abs(curve.ordinates).max() == 1.0
+
+
 @pytest.mark.slow
 def test_of_laws_outside_the_library_four_in_five_are_recovered_to_four_fifths_on_another_drive(drive):
     shares = [share for _, share in recoveries(drive, OUTSIDE, range(3))]
