@@ -91,6 +91,7 @@ def answer(investigation: Investigation) -> Diagnosis:
         present += nameless
     findings, traces = relevant(_ordered(_merged(present)), fit, nominal, residuals, summary)
     traces = traces if left.relevant else (*traces, *nameless)
+    findings, replaced = _with_likelier_rivals(findings)
     findings = (*_beyond_noise(fit.regression, summary, findings), *findings)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)
@@ -127,7 +128,11 @@ def answer(investigation: Investigation) -> Diagnosis:
         tuple(signals.recording.source for signals in investigation.signals),
         drives,
         drawn,
-        tuple(effect for effect in effects if effect.name != UNKNOWN),
+        tuple(
+            effect
+            for effect in effects
+            if effect.name != UNKNOWN and (effect.name, effect.component) not in replaced
+        ),
         calibrated,
         traces,
         investigation.complete,
@@ -162,6 +167,41 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
             depends_on=quantities,
         )
     ]
+
+
+def _with_likelier_rivals(findings: Sequence[Finding]) -> tuple[tuple[Finding, ...], set[Key]]:
+    """Return findings, with an error without a name in the place of each that it is likelier than.
+
+    The keys of those whose place is taken follow: their effects are not in the answer.
+    """
+    regimes = {finding.component: finding.where.regime for finding in findings if finding.effect == UNKNOWN}
+    answered, replaced = [], set()
+    for finding in findings:
+        rival = next(iter(finding.alternatives), None)
+        if (
+            rival is None
+            or rival.effect != UNKNOWN
+            or rival.probability < ASSERTED
+            or rival.probability < finding.probability
+        ):
+            answered.append(finding)
+            continue
+        replaced.add(finding.key)
+        name = "an error" if finding.effect == UNKNOWN else finding.effect.replace("_", " ")
+        answered.append(
+            Finding(
+                UNKNOWN,
+                rival.component,
+                min(rival.probability, SUREST),
+                (Alternative(*finding.key, finding.probability),) if finding.probability >= POSSIBLE else (),
+                replace(finding.where, regime=regimes.get(rival.component, "")),
+                explained=finding.explained,
+                says="Something that no effect of the library explains acts on "
+                f"{component_in_words(rival.component)}, which is likelier than {name} of "
+                f"{component_in_words(finding.component)}.",
+            )
+        )
+    return _ordered(_merged(answered)), replaced
 
 
 def _beyond_noise(regression: Regression, fit: Fit, findings: Sequence[Finding]) -> list[Finding]:

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.answer.doubts import EVEN
-from omnimate.mismatch.answer.findings import _alternatives, _ordered
+from omnimate.mismatch.answer.doubts import EVEN, SUREST
+from omnimate.mismatch.answer.findings import _alternatives, _ordered, _with_likelier_rivals
 from omnimate.mismatch.answer.rivals import POSSIBLE, Rivalry
-from omnimate.mismatch.diagnosis import Finding, Where
+from omnimate.mismatch.diagnosis import Alternative, Finding, Where
 
 KEY = ("count_loss", "b.left")
 UNKNOWN = ("unknown", "b.left")
@@ -45,6 +45,28 @@ def test_a_doubted_name_comes_after_what_is_sure_and_a_possibility_last():
     doubted, sure = finding("count_loss", EVEN, 0.9), finding("unknown", 0.99, 0.1)
     larger, possible = finding("wheelbase", 0.8, 0.3), finding("latency", 0.2, 1.0)
     assert _ordered([possible, doubted, sure, larger]) == (larger, sure, doubted, possible)
+
+
+def rivalled(effect, component, probability, *rivals):
+    alternatives = tuple(Alternative(*rival) for rival in rivals)
+    return Finding(effect, component, probability, alternatives, Where((), (), ""), explained=0.2)
+
+
+def test_an_error_without_a_name_takes_the_place_of_all_that_it_is_likelier_than():
+    """The same error is reported once, with the largest of its probabilities."""
+    pushes = rivalled("unknown", "b", 0.0, ("unknown", "a", 1.0))
+    delay = rivalled("latency", "joint_a", 0.3, ("unknown", "a", 0.7), ("traction_slip", "a", 0.1))
+    [error], replaced = _with_likelier_rivals([pushes, delay])
+    assert (error.key, error.probability) == (("unknown", "a"), SUREST)
+    assert error.explained == pytest.approx(0.4)
+    assert replaced == {pushes.key, delay.key}
+
+
+@pytest.mark.parametrize("rival", [("unknown", "a", 0.45), ("unknown", "a", 0.55), ("bump", "a.left", 0.9)])
+def test_a_finding_keeps_its_place_unless_an_error_without_a_name_is_likelier_and_asserted(rival):
+    """What has another name is no better known than the finding: the fit holds the size of one of them."""
+    finding = rivalled("wheelbase", "a", 0.4 if rival[2] < 0.5 else 0.6, rival)
+    assert _with_likelier_rivals([finding]) == ((finding,), set())
 
 
 def test_an_encoder_that_scatters_more_than_any_has_is_no_agreement(drive):
