@@ -91,7 +91,7 @@ def answer(investigation: Investigation) -> Diagnosis:
         present += nameless
     findings, traces = relevant(_ordered(_merged(present)), fit, nominal, residuals, summary)
     traces = traces if left.relevant else (*traces, *nameless)
-    findings, replaced = _with_likelier_rivals(findings)
+    findings = _with_likelier_rivals(findings)
     findings = (*_beyond_noise(fit.regression, summary, findings), *findings)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)
@@ -128,11 +128,7 @@ def answer(investigation: Investigation) -> Diagnosis:
         tuple(signals.recording.source for signals in investigation.signals),
         drives,
         drawn,
-        tuple(
-            effect
-            for effect in effects
-            if effect.name != UNKNOWN and (effect.name, effect.component) not in replaced
-        ),
+        tuple(effect for effect in effects if effect.name != UNKNOWN),
         calibrated,
         traces,
         investigation.complete,
@@ -169,13 +165,13 @@ def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> 
     ]
 
 
-def _with_likelier_rivals(findings: Sequence[Finding]) -> tuple[tuple[Finding, ...], set[Key]]:
+def _with_likelier_rivals(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Return findings, with an error without a name in the place of each that it is likelier than.
 
-    The keys of those whose place is taken follow: their effects are not in the answer.
+    Where no law of it is known, the effects of the fit still stand for it in a simulation.
     """
     regimes = {finding.component: finding.where.regime for finding in findings if finding.effect == UNKNOWN}
-    answered, replaced = [], set()
+    answered = []
     for finding in findings:
         rival = next(iter(finding.alternatives), None)
         if (
@@ -186,7 +182,6 @@ def _with_likelier_rivals(findings: Sequence[Finding]) -> tuple[tuple[Finding, .
         ):
             answered.append(finding)
             continue
-        replaced.add(finding.key)
         name = "an error" if finding.effect == UNKNOWN else finding.effect.replace("_", " ")
         answered.append(
             Finding(
@@ -201,7 +196,7 @@ def _with_likelier_rivals(findings: Sequence[Finding]) -> tuple[tuple[Finding, .
                 f"{component_in_words(finding.component)}.",
             )
         )
-    return _ordered(_merged(answered)), replaced
+    return _ordered(_merged(answered))
 
 
 def _beyond_noise(regression: Regression, fit: Fit, findings: Sequence[Finding]) -> list[Finding]:
