@@ -178,7 +178,7 @@ def _with_likelier_rivals(findings: Sequence[Finding]) -> tuple[Finding, ...]:
             rival is None
             or rival.effect != UNKNOWN
             or rival.probability < ASSERTED
-            or rival.probability < finding.probability
+            or rival.probability <= finding.probability
         ):
             answered.append(finding)
             continue

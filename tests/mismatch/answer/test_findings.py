@@ -61,7 +61,9 @@ def test_an_error_without_a_name_takes_the_place_of_all_that_it_is_likelier_than
     assert error.explained == pytest.approx(0.4)
 
 
-@pytest.mark.parametrize("rival", [("unknown", "a", 0.45), ("unknown", "a", 0.55), ("bump", "a.left", 0.9)])
+@pytest.mark.parametrize(
+    "rival", [("unknown", "a", 0.45), ("unknown", "a", 0.55), ("unknown", "a", 0.6), ("bump", "a.left", 0.9)]
+)
 def test_a_finding_keeps_its_place_unless_an_error_without_a_name_is_likelier_and_asserted(rival):
     """What has another name is no better known than the finding: the fit holds the size of one of them."""
     finding = rivalled("wheelbase", "a", 0.4 if rival[2] < 0.5 else 0.6, rival)
