@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Sequence
 
     from omnimate.mismatch.candidates.regression import Regression
-    from omnimate.mismatch.diagnosis import Finding, Fit, Key
+    from omnimate.mismatch.diagnosis import Finding, Fit
     from omnimate.mismatch.fit import Fitted
     from omnimate.mismatch.heldout import HeldOut
     from omnimate.vehicle.se2 import Array
@@ -35,17 +35,18 @@ def relevant(
     where no fit has seen it, from one reading to the next or open loop. Those that last, and pushes, must
     predict such data better than the robot as described does, and each of them better than the others do
     without it. Where effects are named, what has no name must also be a twentieth of the mismatch, as what is
-    less may be what their laws leave: with the number that is wrong on the same component, which is the mean
-    of what varies. And where it has a law, it must be a twentieth of what a nominal robot misses, as every
-    floor makes it miss some.
+    less may be what their laws leave; and where it has a law, of what a nominal robot misses, as every floor
+    makes it miss some.
     """
     laws = {effect.component for effect in fit.chosen.effects if effect.name == "law"}
     misses = _misses(fit.regression, summary, laws)
     predicts = _falls(fit, residuals.before, residuals.after) or _shrinks(summary.rerun.values())
-    calibrated = {term.key for term in fit.chosen.terms if term.is_calibrated}
+    named = any(finding.effect != UNKNOWN for finding in present)
 
     def is_relevant(finding: Finding) -> bool:
-        if not is_large(finding, misses, laws) or _may_be_left(finding, present, calibrated):
+        if not is_large(finding, misses, laws):
+            return False
+        if named and finding.effect == UNKNOWN and finding.explained < RELEVANT:
             return False
         numbers = _numbers(fit, finding)
         return not numbers or (predicts and _adds(numbers, fit, nominal, residuals, summary))
@@ -68,18 +69,6 @@ def is_large(finding: Finding, misses: Sequence[tuple[Change, float]], laws: Col
         for change, usual in misses
     )
     return stands_out or finding.component not in laws
-
-
-def _may_be_left(finding: Finding, present: Sequence[Finding], calibrated: Collection[Key]) -> bool:
-    """Say whether what has no name may be what the laws of named effects leave.
-
-    The `calibrated` number of the same component is no such effect, but the mean of what varies there.
-    """
-    named = [other for other in present if other.effect != UNKNOWN]
-    if finding.effect != UNKNOWN or not named:
-        return False
-    means = [other for other in named if other.component == finding.component and other.key in calibrated]
-    return finding.explained + sum(mean.explained for mean in means) < RELEVANT
 
 
 def _misses(regression: Regression, fit: Fit, laws: Collection[str]) -> list[tuple[Change, float]]:

@@ -61,12 +61,3 @@ def test_next_to_named_effects_what_no_effect_of_the_fit_describes_is_judged_by_
     small = replace(lawless, explained=0.01)
     assert relevant_of(fit, named, lawless, small) == ((named, lawless), (small,))
     assert relevant_of(fit, small) == ((small,), ())
-
-
-def test_the_mean_of_what_varies_is_a_part_of_it(eccentric):
-    """It has the name of a wrong number, which is the same all the time."""
-    fit = fit_of(eccentric(6e-4, 6e-4), term("wheel_diameter", "b.left"))
-    mean, small = finding("wheel_diameter"), replace(finding("unknown"), explained=0.01)
-    elsewhere = replace(small, component="a.left")
-    assert relevant_of(fit, mean, small, elsewhere)[0][-1] == small
-    assert elsewhere in relevant_of(fit, mean, small, elsewhere)[1]
