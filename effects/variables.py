@@ -149,12 +149,12 @@ class Motion:
     @property
     def _rolled(self) -> Array:
         way = self.mean(self.block.speed) * self.block.period
-        return _recent_direction(way, ROLLED_DISTANCE, self.begun.rolled)
+        return recent_direction(way, ROLLED_DISTANCE, self.begun.rolled)
 
     @property
     def _turned(self) -> Array:
         turn = self.turn_rates[:, self.truck] * self.block.period
-        return _recent_direction(turn, TURNED_ANGLE, self.begun.turned)
+        return recent_direction(turn, TURNED_ANGLE, self.begun.turned)
 
     def mean(self, signal: Array) -> Array:
         """Return a signal `(K, W)` of the component's wheel, or the mean of its truck's wheels."""
@@ -175,7 +175,7 @@ def recent_mean(steps: Array, values: Array, length: float, start: float = 0.0) 
     return decaying_sum(kept, (1.0 - kept) * values, start)
 
 
-def _recent_direction(moves: Array, length: float, start: float) -> Array:
+def recent_direction(moves: Array, length: float, start: float = 0.0) -> Array:
     """Return the direction of the moves (K,) of late, from -1 to 1: the state of Dahl's friction (1968)."""
     return recent_mean(np.abs(moves), np.sign(moves), length, start)
 

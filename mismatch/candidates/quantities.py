@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.variables import Motion, decaying_sum, recent_mean
+from omnimate.effects.variables import Motion, decaying_sum, recent_direction, recent_mean
 from omnimate.mismatch.candidates.terms import moving_channels, turns
 from omnimate.mismatch.recording.causal_path import FORGETTING
 from omnimate.mismatch.recording.signals import is_dense
@@ -151,11 +151,10 @@ def reversals(moves: Array, memory: Sequence[float]) -> list[Array]:
     That is the state of Dahl's model of friction (1968), which is forgotten over each of the moves `memory`.
     None are returned where it hardly ever moves back.
     """
-    direction = np.sign(moves)
     forward = float(np.maximum(moves, 0.0).sum()) / max(float(np.abs(moves).sum()), 1e-9)
     if not RARE < forward < 1.0 - RARE:
         return []
-    states = [recent_mean(np.abs(moves), direction, length) for length in memory]
+    direction, states = np.sign(moves), [recent_direction(moves, length) for length in memory]
     return [standard(part) for state in states for part in (state, direction * state)]
 
 

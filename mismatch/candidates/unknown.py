@@ -97,7 +97,7 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
 
 
 def raw_columns(regression: Regression, numbers: Collection[int]) -> dict[int, list[Columns]]:
-    """Return of some of all unknown errors, by number, the columns of each recording that are whitened."""
+    """Return of some of all unknown errors, by number, each recording's columns before they are whitened."""
     signals = [windows.signals for windows in regression.windows]
     turned = turns(signals)
     pairs = zip(regression.windows, shared_quantities(signals), strict=True)
