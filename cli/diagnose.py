@@ -128,13 +128,8 @@ def _diagnose_folder(folder: Path, *, triage: bool) -> tuple[Path, str]:
 
 
 def _each(folders: Sequence[Path], jobs: int, *, triage: bool) -> None:
-    """Diagnose folders in separate processes of one thread each."""
-    from threadpoolctl import threadpool_limits
-
-    with (
-        progress_bar("diagnosing") as progress,
-        ProcessPoolExecutor(jobs, initializer=threadpool_limits, initargs=(1,)) as pool,
-    ):
+    """Diagnose folders in separate processes."""
+    with progress_bar("diagnosing") as progress, ProcessPoolExecutor(jobs) as pool:
         answers = pool.map(partial(_diagnose_folder, triage=triage), folders)
         for done, (folder, line) in enumerate(answers, start=1):
             progress(done, len(folders))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from threadpoolctl import threadpool_limits
+
 from omnimate.mismatch.answer.findings import answer
 from omnimate.mismatch.description.far_off import far_off
 from omnimate.mismatch.description.first_look import first_look
@@ -48,7 +50,9 @@ def diagnose(
     look = first_look(recordings)
     if look is not None:
         return far_off(recordings, look)
-    investigation = investigate(recordings, without, progress, budget)
-    diagnosis = answer(investigation)
+    # matrices are so small that a second thread takes longer, and budgets count the time of all threads
+    with threadpool_limits(1, user_api="blas"):
+        investigation = investigate(recordings, without, progress, budget)
+        diagnosis = answer(investigation)
     progress(PROGRESS_STEPS, PROGRESS_STEPS, "done")
     return diagnosis

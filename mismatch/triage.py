@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from omnimate.effects import effects_scanned_by
 from omnimate.effects.words import component_in_words
@@ -97,6 +98,11 @@ def triage(recordings: Sequence[Recording]) -> Triage:
         RecordingError: Recordings of two robots, a clock that jumps, a channel or poses that do not fit.
     """
     check(recordings)
+    with threadpool_limits(1, user_api="blas"):  # as in `diagnose`
+        return _answer(recordings)
+
+
+def _answer(recordings: Sequence[Recording]) -> Triage:
     robot, names = recordings[0].vehicle.name, tuple(recording.source for recording in recordings)
     reason = too_little(recordings)
     if reason:

@@ -56,7 +56,7 @@ ONLY_IN = {
     "sqlalchemy": {"service"},
     "starlette": {"service"},
     "textual": {"cli"},
-    "threadpoolctl": {"cli"},
+    "threadpoolctl": {"mismatch"},
     "tomli_w": {"vehicle", "files", "calib", "effects", "fleet"},
     "typer": {"cli"},
     "uvicorn": {"cli"},

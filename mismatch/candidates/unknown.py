@@ -223,8 +223,10 @@ def _pulls(windows: Windows, truck: int) -> Columns:
 
 def _waves_at(place: Array) -> Array:
     """Return cosines and sines of what repeats itself along both axes, of places (K, 2): `(K, R, 4)`."""
-    phase = 2.0 * np.pi * REPEATS[:, None] * place[:, None]
-    return np.stack([np.cos(phase), np.sin(phase)], axis=-1).reshape(len(place), len(REPEATS), 4)
+    waves = np.empty((len(place), len(REPEATS), 2), complex)
+    waves[:, 0] = np.exp(2j * np.pi * REPEATS[0] * place)
+    waves[:, 1:] = np.exp(2j * np.pi * (REPEATS[1] - REPEATS[0]) * place)[:, None]
+    return np.multiply.accumulate(waves, axis=1).view(float)
 
 
 def sizes_of(component: str, acts_on: str) -> float:

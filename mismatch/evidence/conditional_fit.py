@@ -22,7 +22,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.evidence.density import (
@@ -36,9 +35,9 @@ from omnimate.mismatch.evidence.density import (
 from omnimate.mismatch.evidence.rows import (
     apply_discrepancy,
     discrepancy_factor,
+    nuisance_noise,
     products_by_group,
     unwhiten_nuisances,
-    whitening_factor,
 )
 
 if TYPE_CHECKING:
@@ -80,12 +79,12 @@ class Judgement:
 
 
 class _Products(NamedTuple):
-    """Products of all C columns, the data first, and of the n nuisances."""
+    """Products of all C columns, the data first, and what the n nuisances add to the noise."""
 
-    nuisance_gram: Array  # of the nuisances with each other, `(n, n)`
-    root: tuple[Array, bool]  # Cholesky factor of their precision, `(n, n)`, as `cho_factor` gives it
-    shared: Array  # of the nuisances with all columns, `(n, C)`
-    coefficients: Array  # coefficients of the nuisances in a fit to each column, `(n, C)`
+    variances: Array  # along each of r orthogonal axes, in those of the noise, `(r,)`
+    directions: Array  # of the axes: what each one has of every nuisance, of unit length, `(n, r)`
+    # of the columns with the axes, so that `explained.T @ explained` is what the nuisances explain, `(r, C)`
+    explained: Array
     residual: Array  # of the residuals of all columns with each other, `(C, C)`
 
 
@@ -109,7 +108,7 @@ class ConditionalFit:
 
     def release(self) -> None:
         """Drop the cached arrays that are as long as columns."""
-        for name in ("_rows", "_products", "_whitening_factor", "residual"):
+        for name in ("_rows", "_products", "_axes", "residual"):
             self.__dict__.pop(name, None)
         self._residual_columns.clear()
 
@@ -136,14 +135,17 @@ class ConditionalFit:
     def _products(self) -> _Products:
         gram = self._rows.T @ self._rows
         shared = self._nuisance_sizes[:, None] * gram[self._nuisances]
-        precision = shared[:, self._nuisances] * self._nuisance_sizes
-        root = cho_factor(precision + np.eye(len(precision)))
-        coefficients = cho_solve(root, shared)
-        return _Products(precision, root, shared, coefficients, gram - shared.T @ coefficients)
+        variances, directions = nuisance_noise(shared[:, self._nuisances] * self._nuisance_sizes)
+        explained = (directions / np.sqrt(1.0 + variances)).T @ shared
+        return _Products(variances, directions, explained, gram - explained.T @ explained)
 
     @cached_property
-    def _whitening_factor(self) -> Array:
-        return whitening_factor(self._products.nuisance_gram)
+    def _axes(self) -> Array:
+        """Orthonormal axes of the nuisances, `(V, r)`."""
+        variances, directions, *_ = self._products
+        return np.asarray(
+            self._rows[:, self._nuisances] @ (self._nuisance_sizes[:, None] * directions / np.sqrt(variances))
+        )
 
     def gram_and_score(self, columns: Sequence[int] | NDArray[np.int64]) -> tuple[Array, Array]:
         """Return products of the residuals of some columns with each other (k, k), and with the data (k,)."""
@@ -152,11 +154,13 @@ class ConditionalFit:
 
     def residual_columns(self, columns: Sequence[int] | NDArray[np.int64]) -> Array:
         """Return the residuals of some columns, `(V, k)`."""
-        weights = np.zeros((self._rows.shape[1], len(columns)))
-        coefficients = self._whitening_factor @ self._products.shared[:, columns]
-        np.add.at(weights, self._nuisances, -self._nuisance_sizes[:, None] * coefficients)
-        weights[columns, range(len(columns))] += 1.0
-        return np.asarray(self._rows @ weights)
+        return self._whitened(self._rows[:, columns], self._products.explained[:, columns])
+
+    def _whitened(self, columns: Array, explained: Array) -> Array:
+        """Return columns (V, C) whitened with the nuisances as noise, which explain (r, C) of them."""
+        variances = self._products.variances
+        along = np.sqrt((1.0 + variances) / variances)[:, None] * explained
+        return np.asarray(columns - self._axes @ ((1.0 - 1.0 / np.sqrt(1.0 + variances))[:, None] * along))
 
     def _apply_discrepancy(self, rows: Array) -> Array:
         """Return rows (V, C) whitened with the members' discrepancies as noise."""
@@ -167,8 +171,9 @@ class ConditionalFit:
 
     def _member_coefficients(self, columns: Sequence[int]) -> Array:
         """Return the coefficients `(n, k)` of the members in a fit to some columns."""
-        first = len(self._nuisance_sizes) - len(self._largest_sizes)
-        return MEMBER_SIZE * self._products.coefficients[first:][:, columns]
+        first, products = len(self._nuisance_sizes) - len(self._largest_sizes), self._products
+        coefficients = products.directions[first:] / np.sqrt(1.0 + products.variances)
+        return np.asarray(MEMBER_SIZE * (coefficients @ products.explained[:, columns]))
 
     def _member_discrepancies(self) -> Array:
         """Return one standard deviation of each member's discrepancy from its law, `(V, k)`."""
@@ -201,46 +206,40 @@ class ConditionalFit:
 
     def z_scores(self, columns: Array) -> Array:
         """Return the signed z-score (C,) of the coefficient of each of further columns (V, C)."""
-        columns, shared, coefficients = self._with_nuisances(columns)
-        information = np.einsum("vc,vc->c", columns, columns) - np.einsum("nc,nc->c", shared, coefficients)
-        return np.asarray(self._score(columns, coefficients) / np.sqrt(np.maximum(information, 1e-12)))
+        columns, explained = self._with_nuisances(columns)
+        information = np.einsum("vc,vc->c", columns, columns) - np.einsum("rc,rc->c", explained, explained)
+        return np.asarray(self._score(columns, explained) / np.sqrt(np.maximum(information, 1e-12)))
 
     def project_out(self, columns: Array | NDArray[np.float32]) -> Array:
         """Return the residuals of further columns (V, C)."""
-        columns, shared, _ = self._with_nuisances(columns)
-        weights = np.zeros((self._rows.shape[1], columns.shape[1]))
-        np.add.at(weights, self._nuisances, self._nuisance_sizes[:, None] * (self._whitening_factor @ shared))
-        return np.asarray(columns - self._rows @ weights)
+        return self._whitened(*self._with_nuisances(columns))
 
     def products_of(self, columns: Array) -> tuple[Array, Array]:
         """Return products of further columns (V, C) with each other (C, C), and with the data (C,)."""
-        columns, shared, coefficients = self._with_nuisances(columns)
-        return columns.T @ columns - shared.T @ coefficients, self._score(columns, coefficients)
+        columns, explained = self._with_nuisances(columns)
+        return columns.T @ columns - explained.T @ explained, self._score(columns, explained)
 
     def log_bayes_factors(self, columns: Array | NDArray[np.float32], widths: Sequence[int]) -> Array:
         """Return the log Bayes factors (K,) of candidates with so many of further columns (V, C) each."""
         places, factors = slices_of(widths), []
         for batch in (places[first : first + BATCH] for first in range(0, len(places), BATCH)):
             start = batch[0].start
-            of_batch, shared, coefficients = self._with_nuisances(columns[:, start : batch[-1].stop])
-            score = self._score(of_batch, coefficients)
+            of_batch, explained = self._with_nuisances(columns[:, start : batch[-1].stop])
+            score = self._score(of_batch, explained)
             for part in (slice(place.start - start, place.stop - start) for place in batch):
-                gram = of_batch[:, part].T @ of_batch[:, part] - shared[:, part].T @ coefficients[:, part]
+                gram = of_batch[:, part].T @ of_batch[:, part] - explained[:, part].T @ explained[:, part]
                 factors.append(float(log_bayes_factor(gram, score[part])))
         return np.array(factors)
 
-    def _with_nuisances(self, columns: Array | NDArray[np.float32]) -> tuple[Array, Array, Array]:
-        """Return further columns (V, C) with discrepancies as noise, and their projection on the nuisances.
-
-        The projection is their products (n, C) with the nuisances, and these' coefficients (n, C) in a fit.
-        """
+    def _with_nuisances(self, columns: Array | NDArray[np.float32]) -> tuple[Array, Array]:
+        """Return further columns (V, C) with discrepancies as noise, and what nuisances explain, `(r, C)`."""
         columns = self._apply_discrepancy(columns.astype(np.float64, copy=False))
-        shared = self._nuisance_sizes[:, None] * (self._rows.T @ columns)[self._nuisances]
-        return columns, shared, cho_solve(self._products.root, shared)
+        variances = self._products.variances
+        return columns, np.sqrt(variances / (1.0 + variances))[:, None] * (self._axes.T @ columns)
 
-    def _score(self, columns: Array, coefficients: Array) -> Array:
-        """Return products (C,) of columns' residuals with the data, given the nuisances' coefficients."""
-        return np.asarray(self._rows[:, 0] @ columns - self._products.shared[:, 0] @ coefficients)
+    def _score(self, columns: Array, explained: Array) -> Array:
+        """Return products (C,) of the residuals of columns (V, C) with the data."""
+        return np.asarray(self._rows[:, 0] @ columns - self._products.explained[:, 0] @ explained)
 
     def products_without_background(self, candidates: Iterable[int]) -> tuple[Array, Array]:
         """Return products of candidates' columns with each other (k, k) and with the data (k,).

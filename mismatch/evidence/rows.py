@@ -14,16 +14,27 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 
-def whitening_factor(gram: Array) -> Array:
-    """Return the matrix S (k, k) by which (1 + N N')^-1/2 = 1 - N S N', of the products N'N of nuisances."""
-    sizes, axes = np.linalg.eigh(gram)
-    sizes = np.maximum(sizes, 1e-12)
-    return np.asarray((axes * ((1.0 - 1.0 / np.sqrt(1.0 + sizes)) / sizes)) @ axes.T)
+NEGLIGIBLE = 1e-6  # variance that nuisances add to the noise along an axis, over the noise's own
+
+
+def nuisance_noise(gram: Array) -> tuple[Array, Array]:
+    """Return what nuisances of unit size add to the noise, of their products N'N (n, n): N N' = A D A'.
+
+    Returns:
+        The diagonal of D `(r,)`, and what each of r axes has of every nuisance, of unit length, `(n, r)`; A
+        is N times these, divided by the roots of D. Most nuisances hardly differ: axes without noise are left
+        out.
+    """
+    variances, directions = np.linalg.eigh(gram)
+    kept = variances > NEGLIGIBLE
+    return variances[kept], directions[:, kept]
 
 
 def whiten_nuisances(rows: Array, nuisance: Array) -> Array:
     """Return rows (V, C) whitened with nuisances (V, k) of unit size as noise."""
-    return np.asarray(rows - nuisance @ (whitening_factor(nuisance.T @ nuisance) @ (nuisance.T @ rows)))
+    variances, directions = nuisance_noise(nuisance.T @ nuisance)
+    axes = nuisance @ (directions / np.sqrt(variances))
+    return np.asarray(rows - axes @ ((1.0 - 1.0 / np.sqrt(1.0 + variances))[:, None] * (axes.T @ rows)))
 
 
 def unwhiten_nuisances(rows: Array, nuisance: Array) -> Array:

@@ -169,40 +169,45 @@ def _ends(signals: Signals) -> NDArray[np.int64]:
 
 def pushed(signals: Signals, ends: NDArray[np.int64], twist: Array) -> Array:
     """Return inputs (M, 3 T) to poses by more twists (K, T, 3) from the first to the last window's end."""
-    return _summed(_step_inputs(signals, ends, twist), np.ones((len(twist), 1)), ends - ends[0])[:, :, 0]
+    return _pushed(signals, ends, twist, np.ones((len(twist), 1)))[:, :, 0]
 
 
 def pushed_by_curves(signals: Signals, ends: NDArray[np.int64], twist: Array, curves: Array) -> Array:
     """Return inputs (M, 3 T, B) by more twists (N - 1, T, 3), times each of B curves (N - 1, B)."""
     steps = slice(int(ends[0]), int(ends[-1]))  # a sample without all wheels ends no window
-    inputs = _step_inputs(signals, ends, twist[steps])
-    return _summed(inputs, np.ascontiguousarray(curves[steps]), ends - ends[0])
+    return _pushed(signals, ends, twist[steps], np.ascontiguousarray(curves[steps]))
 
 
-def _step_inputs(signals: Signals, ends: NDArray[np.int64], twist: Array) -> Array:
-    """Return by how much the twist `(K, T, 3)` of each step moves the pose at its window's end, `(K, 3 T)`.
-
-    A yaw also turns the rest of the window's path about the middle of its step.
-    """
-    steps = slice(int(ends[0]), int(ends[-1]))
-    path = signals.path[steps.start : steps.stop + 1]
-    last = np.repeat(ends[1:], np.diff(ends)) - steps.start
-    x, y = np.moveaxis(path[last, :, :2] - 0.5 * (path[1:, :, :2] + path[:-1, :, :2]), 2, 0)
-    (ahead, aside, yaw), (cos, sin) = np.moveaxis(twist, 2, 0), np.moveaxis(signals.facing[steps], 2, 0)
-    inputs = [cos * ahead - sin * aside - yaw * y, sin * ahead + cos * aside + yaw * x, yaw]
-    return np.stack(inputs, axis=2).reshape(len(twist), -1)
+def _pushed(signals: Signals, ends: NDArray[np.int64], twist: Array, curves: Array) -> Array:
+    first, last = int(ends[0]), int(ends[-1])
+    path, facing = signals.path[first : last + 1], signals.facing[first:last]
+    return _summed(path, facing, np.ascontiguousarray(twist), curves, ends - first)
 
 
 @compiled
-def _summed(inputs: Array, curves: Array, ends: IntArray) -> Array:
-    """Return inputs (K, R) times curves (K, B), summed over the steps of each window: `(M, R, B)`."""
-    sums = np.zeros((len(ends) - 1, inputs.shape[1], curves.shape[1]))
+def _summed(path: Array, facing: Array, twist: Array, curves: Array, ends: IntArray) -> Array:
+    """Return by how much twists (K, T, 3), times curves (K, B), move poses at windows' ends, `(M, 3 T, B)`.
+
+    A yaw also turns the rest of the window's path (K + 1, T, 3) about the middle of its step. `facing` are
+    cosine and sine of the heading in each step, `(K, T, 2)`.
+    """
+    sums = np.zeros((len(ends) - 1, 3 * twist.shape[1], curves.shape[1]))
+    moved = np.zeros(3)
     for window in range(len(ends) - 1):
+        end = path[ends[window + 1]]
         for step in range(ends[window], ends[window + 1]):
-            for row in range(inputs.shape[1]):
-                if inputs[step, row] != 0.0:
-                    for curve in range(curves.shape[1]):
-                        sums[window, row, curve] += inputs[step, row] * curves[step, curve]
+            for truck in range(twist.shape[1]):
+                ahead, aside, yaw = twist[step, truck, 0], twist[step, truck, 1], twist[step, truck, 2]
+                cos, sin = facing[step, truck, 0], facing[step, truck, 1]
+                x = end[truck, 0] - 0.5 * (path[step + 1, truck, 0] + path[step, truck, 0])
+                y = end[truck, 1] - 0.5 * (path[step + 1, truck, 1] + path[step, truck, 1])
+                moved[0] = cos * ahead - sin * aside - yaw * y
+                moved[1] = sin * ahead + cos * aside + yaw * x
+                moved[2] = yaw
+                for axis in range(3):
+                    if moved[axis] != 0.0:
+                        for curve in range(curves.shape[1]):
+                            sums[window, 3 * truck + axis, curve] += moved[axis] * curves[step, curve]
     return sums
 
 

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from omnimate.effects.file import format_effects, parse_effects
 from omnimate.files.recordings.folder import load_recording
@@ -110,6 +111,21 @@ def test_a_search_that_is_ended_by_its_budget_still_answers_and_says_so(drive, e
     assert answer.verdict == "mismatch"
     assert "budget" in answer.says
     assert answer.as_json()["complete"] is False
+
+
+def test_matrices_have_one_thread_until_the_answer_is_there(drive, effect):
+    def threads():
+        return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+    seen = []
+    with threadpool_limits(2, user_api="blas"):
+        diagnose(
+            [drive(effect("wheel_diameter", "a.left", ratio=1.01))],
+            budget=0.0,
+            progress=lambda _done, _all, doing: seen.append((doing, threads())),
+        )
+        assert threads() == {2}
+    assert dict(seen)["comparing sets of effects"] == {1}
 
 
 def test_a_wheel_that_warms_up_is_no_wrong_diameter(diagnosed, effect):
