@@ -91,7 +91,9 @@ def answer(investigation: Investigation) -> Diagnosis:
         present += nameless
     findings, traces = relevant(_ordered(_merged(present)), fit, nominal, residuals, summary)
     traces = traces if left.relevant else (*traces, *nameless)
-    findings = _with_likelier_rivals(findings)
+    answered = _with_likelier_rivals(findings)
+    findings = tuple(finding for finding in answered if finding.probability >= POSSIBLE)
+    traces = (*traces, *(finding for finding in answered if finding.probability < POSSIBLE))
     findings = (*_beyond_noise(fit.regression, summary, findings), *findings)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)
@@ -136,9 +138,13 @@ def answer(investigation: Investigation) -> Diagnosis:
 
 
 def _without_name(left: Leftover, present: Sequence[Finding], excess: float) -> list[Finding]:
-    """Return what is left and can be predicted, unless something without a name was already found."""
+    """Return what is left and can be predicted, unless an error without a name was already found.
+
+    Pushes at single moments are none: they do not last, and are often what an error that lasts looks like.
+    """
     strongest = left.strongest
-    if strongest is None or any(finding.effect == UNKNOWN for finding in present):
+    lasting = (finding for finding in present if finding.where.regime != PUSH_REGIME)
+    if strongest is None or any(finding.effect == UNKNOWN for finding in lasting):
         return []
     shown = strongest.shown
     missed = f"missed after {STRETCH:.0f} s of open loop" if shown.open_loop else "left"

@@ -22,7 +22,7 @@ from omnimate.mismatch.recording.response import misread_columns, moved_columns
 from omnimate.mismatch.recording.windows import pushed_by_curves
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator
+    from collections.abc import Callable, Collection, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -36,9 +36,9 @@ PER_METRE = 2e-3  # of the way rolled, one standard deviation of a curve's coeff
 PER_TURN = 5e-3  # of the angle turned, likewise
 ANGLE = 3e-3  # [rad] of a joint's or a heading's error
 LENGTH = 1e-3  # [m] of the link's or a position's error
-# [1/m] by which a floor repeats itself along the axes of a recording: tiles of 0.25 m to slabs of 1.25 m, so
-# close to each other that one of them stays in phase over a room of five metres
-REPEATS = np.arange(0.8, 4.05, 0.1)
+# [1/m] by which a floor repeats itself along the axes of a recording: from tiles of 0.25 m to a room of five
+# metres, so close to each other that one of them stays in phase over that room
+REPEATS = np.arange(0.2, 4.05, 0.1)
 FIELD = "place and heading on a floor that repeats every {:.2f} m"
 FLOOR = "place on a floor that repeats every {:.2f} m"
 
@@ -65,7 +65,7 @@ class UnknownErrors(NamedTuple):
     # all whitened columns, in the same order, `(V, C)`; single precision, as there are thousands
     columns: NDArray[np.float32]
     quantities: dict[str, int]  # of the drive, each with its number of columns in `curves`
-    curves: Array  # their curves at the instant of each row, then their changes in its window, `(V, Q)`
+    curves: Array  # their curves at the instant of each row, then their changes before it, `(V, Q)`
 
 
 def unknown_errors(regression: Regression) -> UnknownErrors:
@@ -92,7 +92,7 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
         [len(order) for _, order in groups],
         np.hstack(white),
         {quantity: 2 * len(values) for quantity, values in curves[0].items()},
-        regression.of_rows([_curves_at_ends(*pair) for pair in zip(regression.windows, curves, strict=True)]),
+        _curves_of_rows(regression, curves),
     )
 
 
@@ -112,12 +112,28 @@ def raw_columns(regression: Regression, numbers: Collection[int]) -> dict[int, l
     return raw
 
 
-def _curves_at_ends(windows: Windows, shared: Curves) -> Array:
-    """Return each quantity's curves at the ends of K windows, then their changes in these, `(K, Q)`."""
-    at_ends = [windows.at_ends(np.stack(curves, axis=1)) for curves in shared.values()]
-    return np.hstack(
-        [part for values in at_ends for part in (values, np.diff(values, axis=0, prepend=values[:1]))]
+def _curves_of_rows(regression: Regression, shared: Sequence[Curves]) -> Array:
+    """Return each quantity's curves at the instant of each row, then their changes before it, `(V, Q)`."""
+    at_ends = [
+        np.hstack([windows.at_ends(np.stack(values, axis=1)) for values in curves.values()])
+        for windows, curves in zip(regression.windows, shared, strict=True)
+    ]
+    now, before, earlier = (
+        regression.of_rows([_earlier(values, count) for values in at_ends]) for count in range(3)
     )
+    of_poses = (regression.channel >= regression.windows[0].linkage)[:, None]
+    now, before = np.where(of_poses, before, now), np.where(of_poses, earlier, before)
+    edges = slices_of(map(len, shared[0].values()))
+    return np.hstack([part for place in edges for part in (now[:, place], (now - before)[:, place])])
+
+
+def _earlier(at_ends: Array, count: int) -> Array:
+    """Return values at the ends of windows (K, B), a number of windows earlier.
+
+    A robot may steer by its poses: what it does from one on answers the noise of this pose, and would seem to
+    predict it.
+    """
+    return at_ends[np.maximum(np.arange(len(at_ends)) - count, 0)]
 
 
 def _columns(
@@ -226,7 +242,8 @@ def _waves_at(place: Array) -> Array:
     waves = np.empty((len(place), len(REPEATS), 2), complex)
     waves[:, 0] = np.exp(2j * np.pi * REPEATS[0] * place)
     waves[:, 1:] = np.exp(2j * np.pi * (REPEATS[1] - REPEATS[0]) * place)[:, None]
-    return np.multiply.accumulate(waves, axis=1).view(float)
+    curves = np.multiply.accumulate(waves, axis=1).view(float)
+    return np.asarray(curves - curves.mean(axis=0))  # a wave that is longer than the way would be a constant
 
 
 def sizes_of(component: str, acts_on: str) -> float:
@@ -267,6 +284,8 @@ def _reading(windows: Windows, rows: tuple[int, ...], curves: Array) -> Columns:
     """Return the columns of sensors that read curves too much."""
     measured = np.zeros((*windows.measured.shape, curves.shape[1]))
     at = windows.at_ends(curves)
+    if rows[0] >= windows.linkage:
+        at = _earlier(at, 1)
     for row in rows:
         angle = row < 2 if row < windows.linkage else (row - windows.linkage) % 3 == 2
         measured[:, row] = (ANGLE if angle else LENGTH) * at

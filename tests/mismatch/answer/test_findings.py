@@ -9,8 +9,16 @@ from hypothesis import strategies as st
 
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.answer.doubts import EVEN, SUREST
-from omnimate.mismatch.answer.findings import _alternatives, _ordered, _with_likelier_rivals
+from omnimate.mismatch.answer.findings import (
+    _alternatives,
+    _ordered,
+    _with_likelier_rivals,
+    _without_name,
+)
+from omnimate.mismatch.answer.omnibus import Leftover, Prediction
 from omnimate.mismatch.answer.rivals import POSSIBLE, Rivalry
+from omnimate.mismatch.answer.shares import Share
+from omnimate.mismatch.candidates.pushes import PUSH_REGIME
 from omnimate.mismatch.diagnosis import Alternative, Finding, Where
 
 KEY = ("count_loss", "b.left")
@@ -45,6 +53,14 @@ def test_a_doubted_name_comes_after_what_is_sure_and_a_possibility_last():
     doubted, sure = finding("count_loss", EVEN, 0.9), finding("unknown", 0.99, 0.1)
     larger, possible = finding("wheelbase", 0.8, 0.3), finding("latency", 0.2, 1.0)
     assert _ordered([possible, doubted, sure, larger]) == (larger, sure, doubted, possible)
+
+
+@pytest.mark.parametrize(("regime", "expected"), [(PUSH_REGIME, [("unknown", "link")]), ("turn rate", [])])
+def test_an_error_that_lasts_is_said_next_to_pushes_and_once(regime, expected):
+    """What swings looks like pushes at the moments at which it swings most."""
+    swing = Prediction("link", "oscillation", Share("link", 0.3), 500.0, np.zeros((1, 1)))
+    before = replace(finding("unknown", 0.9, 0.2), where=Where((), (), regime))
+    assert [said.key for said in _without_name(Leftover(1e-9, (swing,)), [before], 1.0)] == expected
 
 
 def rivalled(effect, component, probability, *rivals):

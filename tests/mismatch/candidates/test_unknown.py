@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from omnimate.mismatch.candidates.quantities import shared_quantities
+from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.terms import smooth_terms
 from omnimate.mismatch.candidates.unknown import unknown_errors
 from omnimate.mismatch.recording.signals import signals_of
@@ -74,3 +75,19 @@ def test_on_a_straight_drive_no_scrub_is_looked_for(straight, drive):
     names = [{term.effect for term in smooth_terms([signals_of(each)])} for each in (straight, drive(laps=1))]
     assert "turn_scrub" not in names[0]
     assert "turn_scrub" in names[1]
+
+
+def test_what_a_robot_does_after_a_pose_predicts_no_noise_of_that_pose(regression, watched, drive):
+    """A robot that steers by its poses answers their noise within the next samples."""
+    seen, quantity = regression(watched(drive(laps=1))), "speed of a.left"
+    unknown = unknown_errors(seen)
+    place = dict(zip(unknown.quantities, slices_of(unknown.quantities.values()), strict=True))[quantity]
+    [windows] = seen.windows
+    [shared] = shared_quantities([windows.signals])
+    at_ends = windows.at_ends(np.stack(shared[quantity], axis=1))
+    of_poses = seen.channel >= windows.linkage
+    for rows, late in ((~of_poses, 0), (of_poses, 1)):
+        later = rows & (seen.moment > 1)
+        moment = seen.moment[later] - late
+        expected = np.hstack([at_ends[moment], at_ends[moment] - at_ends[moment - 1]])
+        np.testing.assert_array_equal(unknown.curves[later, place], expected)
