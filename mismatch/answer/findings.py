@@ -91,10 +91,8 @@ def answer(investigation: Investigation) -> Diagnosis:
         present += nameless
     findings, traces = relevant(_ordered(_merged(present)), fit, nominal, residuals, summary)
     traces = traces if left.relevant else (*traces, *nameless)
-    answered = _with_likelier_rivals(findings)
-    findings = tuple(finding for finding in answered if finding.probability >= POSSIBLE)
-    traces = (*traces, *(finding for finding in answered if finding.probability < POSSIBLE))
-    findings = (*_beyond_noise(fit.regression, summary, findings), *findings)
+    findings, traces = _possible(_with_likelier_rivals(findings), traces)
+    findings, traces = _beyond_noise(fit.regression, summary, findings, traces)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)
     if not findings and summary.gain[0] <= summary.gain[1]:  # what was calibrated predicts nothing new better
@@ -205,28 +203,48 @@ def _with_likelier_rivals(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return _ordered(_merged(answered))
 
 
-def _beyond_noise(regression: Regression, fit: Fit, findings: Sequence[Finding]) -> list[Finding]:
-    """Return the encoder of the linkage that is missed by more than noise, where nothing else is asserted.
+def _possible(
+    findings: Sequence[Finding], traces: Sequence[Finding]
+) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """Return findings that are possible, and the others with the traces."""
+    possible = tuple(finding for finding in findings if finding.probability >= POSSIBLE)
+    return possible, (*(finding for finding in findings if finding.probability < POSSIBLE), *traces)
 
-    Its noise level is then as large as `MAX_ABOVE` allows: what is worse is faulty. Poses are not asked, as
-    their outliers and distortions are no matter of the robot.
+
+def _beyond_noise(
+    regression: Regression, fit: Fit, findings: tuple[Finding, ...], traces: tuple[Finding, ...]
+) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """Return findings and traces, with a finding where more than noise is missed and nothing is asserted.
+
+    That is an encoder of the linkage whose noise level is as large as `MAX_ABOVE` allows: what is worse is
+    faulty. Where nothing is found and all channels are missed by more, traces are findings, as no pose may
+    predict the only one that shows an effect; without any, it is the worst channel.
     """
     if any(finding.probability >= ASSERTED for finding in findings):
-        return []
+        return findings, traces
+    missed = {name: change.after for name, change in fit.channels.items()}
     nominal = nominal_levels(regression.windows)
-    missed = {
-        channel: fit.channels[channel].after
-        for channel in LINKAGE
-        if channel in fit.channels and is_at_limit(regression.noise, nominal, channel)
-    }
-    worst = max(missed, key=lambda channel: missed[channel], default="")
-    if missed.get(worst, 0.0) < MISFIT:
-        return []
+    faulty = [name for name in LINKAGE if name in missed and is_at_limit(regression.noise, nominal, name)]
+    worst = max(faulty, key=lambda name: missed[name], default="")
+    if missed.get(worst, 0.0) >= MISFIT:
+        return (_missed(worst, missed[worst], "largest noise that such an encoder has"), *findings), traces
+    if findings or fit.heldout.after < MISFIT:
+        return findings, traces
+    findings, traces = _possible(traces, ())
+    if findings:
+        return findings, traces
+    worst = max(missed, key=lambda name: missed[name])
+    return (_missed(worst, missed[worst], "noise that is expected"),), traces
+
+
+def _missed(channel: str, factor: float, noise: str) -> Finding:
+    """Return what is missed on a channel by a factor on some noise as a finding without a name."""
+    component = channel.partition(".")[0]  # the truck of a pose
     says = (
-        f"Something that no effect of the library explains acts on {component_in_words(worst)}: where no fit "
-        f"has seen it, it is missed by {missed[worst]:.1f} times the largest noise that such an encoder has."
+        f"Something that no effect of the library explains acts on {component_in_words(component)}: where no "
+        f"fit has seen it, {channel} is missed by {factor:.1f} times the {noise}."
     )
-    return [Finding(UNKNOWN, worst, EVEN, where=Where((worst,), (), ""), explained=1.0, says=says)]
+    return Finding(UNKNOWN, component, EVEN, where=Where((channel,), (), ""), explained=1.0, says=says)
 
 
 def _finding(

@@ -1,10 +1,13 @@
 """Data held out: stretches in which nothing was measured are stretches, too."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from omnimate.files.importers.robots import single_truck
 from omnimate.mismatch import diagnose
+from omnimate.mismatch.answer.doubts import EVEN, MISFIT
 from omnimate.mismatch.candidates.terms import term
 from omnimate.mismatch.heldout import HELD, held_out, nominal_of
 from omnimate.vehicle.parameters import Truck
@@ -73,3 +76,18 @@ def test_a_fit_without_any_of_its_effects_predicts_what_the_robot_as_described_d
     assert whole.gain.sum() > 100.0
     assert empty.gain.sum() == pytest.approx(0.0, abs=0.01 * whole.gain.sum())
     assert all(effects == () for effects in empty.effects)
+
+
+def test_what_no_pose_predicts_of_another_is_no_agreement():
+    """At the end of each lap one pose shows how late the left wheel's counts have become, 3 ms a second."""
+    time = PERIOD * np.arange(SAMPLES)
+    healthy = recorded(np.zeros(SAMPLES), 0.4 * np.sin(2.0 * np.pi * time / 40.0), every=799)
+    late = np.interp(0.997 * time, time, healthy.counts[:, 0])
+    counts = np.stack([np.rint(late).astype(np.int64), healthy.counts[:, 1]], axis=1)
+    answer = diagnose([replace(healthy, counts=counts)])
+    assert answer.fit is not None
+    assert answer.fit.heldout.after > MISFIT
+    assert answer.verdict == "mismatch"
+    [finding] = answer.findings
+    assert (finding.key, finding.probability) == (("unknown", "a"), EVEN)
+    assert "times the noise that is expected" in answer.says

@@ -1,6 +1,7 @@
 """What a doubt takes from a name goes to "unknown", and what is not doubted comes first."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,10 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.answer.doubts import EVEN, SUREST
+from omnimate.mismatch.answer.doubts import EVEN, MISFIT, SUREST
 from omnimate.mismatch.answer.findings import (
     _alternatives,
+    _beyond_noise,
     _ordered,
+    _possible,
     _with_likelier_rivals,
     _without_name,
 )
@@ -19,7 +22,7 @@ from omnimate.mismatch.answer.omnibus import Leftover, Prediction
 from omnimate.mismatch.answer.rivals import POSSIBLE, Rivalry
 from omnimate.mismatch.answer.shares import Share
 from omnimate.mismatch.candidates.pushes import PUSH_REGIME
-from omnimate.mismatch.diagnosis import Alternative, Finding, Where
+from omnimate.mismatch.diagnosis import Alternative, Change, Finding, Where
 
 KEY = ("count_loss", "b.left")
 UNKNOWN = ("unknown", "b.left")
@@ -53,6 +56,23 @@ def test_a_doubted_name_comes_after_what_is_sure_and_a_possibility_last():
     doubted, sure = finding("count_loss", EVEN, 0.9), finding("unknown", 0.99, 0.1)
     larger, possible = finding("wheelbase", 0.8, 0.3), finding("latency", 0.2, 1.0)
     assert _ordered([possible, doubted, sure, larger]) == (larger, sure, doubted, possible)
+
+
+def test_what_is_hardly_possible_is_a_trace():
+    likely, unlikely, trace = (finding("wheelbase", share * POSSIBLE, 0.9) for share in (1.0, 0.9, 2.0))
+    assert _possible([likely, unlikely], [trace]) == ((likely,), (unlikely, trace))
+
+
+@pytest.mark.parametrize("missed", [0.9 * MISFIT, MISFIT])
+def test_a_trace_is_a_finding_where_more_than_noise_is_missed_and_nothing_else_is_found(
+    missed, regression, drive
+):
+    trace, other = finding("wheelbase", 0.4, 0.9), finding("wheel_diameter", 0.2, 0.9)
+    fit = SimpleNamespace(heldout=Change(9.0, missed), channels={"joint_a": Change(9.0, missed)})
+    model = regression(drive(laps=1))
+    assert _beyond_noise(model, fit, (other,), (trace,)) == ((other,), (trace,))
+    expected = ((trace,), ()) if missed >= MISFIT else ((), (trace,))
+    assert _beyond_noise(model, fit, (), (trace,)) == expected
 
 
 @pytest.mark.parametrize(("regime", "expected"), [(PUSH_REGIME, [("unknown", "link")]), ("turn rate", [])])
