@@ -206,9 +206,13 @@ def _with_likelier_rivals(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 def _possible(
     findings: Sequence[Finding], traces: Sequence[Finding]
 ) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
-    """Return findings that are possible, and the others with the traces."""
-    possible = tuple(finding for finding in findings if finding.probability >= POSSIBLE)
-    return possible, (*(finding for finding in findings if finding.probability < POSSIBLE), *traces)
+    """Return findings that are possible, themselves or a rival of theirs, and the others with the traces."""
+    possible: list[Finding] = []
+    others: list[Finding] = []
+    for finding in findings:
+        shares = (finding.probability, *(rival.probability for rival in finding.alternatives))
+        (possible if sum(shares) >= POSSIBLE else others).append(finding)
+    return tuple(possible), (*others, *traces)
 
 
 def _beyond_noise(

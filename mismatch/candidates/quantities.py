@@ -25,7 +25,6 @@ FOOTPRINT = 0.05  # [m] contact length of a wheel: a robot that strays less meet
 # The recent past, in steps of a factor of three, and oscillators that are a resonance's width apart
 RECENT_TIMES = (3.0, 10.0, 30.0, 100.0)  # [s] over which a speed is forgotten: from a manoeuvre to a drive
 RECENT_ANGLES = (0.1, 0.3, 1.0)  # [rad] of turning over which its direction is forgotten
-RECENT_WAYS = (0.003, 0.01, 0.03)  # [m] likewise of rolling: from a gear's play to a castor's trail
 FREQUENCIES = 0.4 * 1.25 ** np.arange(8)  # [Hz] 0.4 to 1.9: what readings four times a second show
 OSCILLATION = "oscillation of {:.1f} Hz after {}"
 DAMPING = 0.1  # of an oscillator, over the critical one
@@ -73,7 +72,6 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
             curves[f"past acceleration of {wheel}"] = bends(Motion(block, wheel).past_acceleration)
     speed = np.abs(lead.speeds[:, 0])
     curves["recent speed"] = [standard(recent_mean(block.period, speed, length)) for length in RECENT_TIMES]
-    curves["rolling since a reversal"] = reversals(lead.speeds[:, 0] * block.period, RECENT_WAYS)
     curves |= oscillations("accelerations", block.period, lead.mean(block.acceleration))
     noise = noise_of_path(signals)
     for number, truck in enumerate(signals.trucks):

@@ -58,9 +58,10 @@ def test_a_doubted_name_comes_after_what_is_sure_and_a_possibility_last():
     assert _ordered([possible, doubted, sure, larger]) == (larger, sure, doubted, possible)
 
 
-def test_what_is_hardly_possible_is_a_trace():
+def test_what_is_hardly_possible_is_a_trace_unless_a_rival_of_it_is():
     likely, unlikely, trace = (finding("wheelbase", share * POSSIBLE, 0.9) for share in (1.0, 0.9, 2.0))
-    assert _possible([likely, unlikely], [trace]) == ((likely,), (unlikely, trace))
+    rivalled = replace(unlikely, alternatives=(Alternative("unknown", "a", 0.9),))
+    assert _possible([likely, unlikely, rivalled], [trace]) == ((likely, rivalled), (unlikely, trace))
 
 
 @pytest.mark.parametrize("missed", [0.9 * MISFIT, MISFIT])

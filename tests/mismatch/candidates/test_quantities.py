@@ -10,7 +10,6 @@ from omnimate.mismatch.candidates.quantities import (
     FREQUENCIES,
     OSCILLATION,
     RECENT_ANGLES,
-    RECENT_WAYS,
     oscillations,
     reversals,
 )
@@ -39,11 +38,11 @@ def test_a_robot_that_turns_the_other_way_has_reversed_since_by_as_much():
         assert mirrored == pytest.approx(curve if number % 2 else -curve, abs=1e-9)
 
 
-def test_of_a_robot_that_hardly_ever_rolls_back_no_reversal_is_known():
+def test_of_a_robot_that_hardly_ever_turns_back_no_reversal_is_known():
     forward = np.full(1000, 1e-3)
-    assert reversals(forward, RECENT_WAYS) == []
-    assert reversals(np.append(forward, -1e-3), RECENT_WAYS) == []
-    assert len(reversals(np.append(forward, -forward), RECENT_WAYS)) == 2 * len(RECENT_WAYS)
+    assert reversals(forward, RECENT_ANGLES) == []
+    assert reversals(np.append(forward, -1e-3), RECENT_ANGLES) == []
+    assert len(reversals(np.append(forward, -forward), RECENT_ANGLES)) == 2 * len(RECENT_ANGLES)
 
 
 def test_the_direction_of_turns_is_forgotten_by_turning_and_not_in_time():
