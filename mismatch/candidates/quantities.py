@@ -55,7 +55,7 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
     identification: Forssell & Ljung, Automatica 1999). `moving` are the channels that move, and "turning"
     where the robot turns.
     """
-    block, linked = signals.block, bool(signals.reading.shape[1])
+    block, linked = signals.smooth_block, bool(signals.reading.shape[1])
     lead = Motion(block, "a")
     phase, distance = np.linspace(0.0, np.pi, len(block)), lead.way
     along = np.pi * (distance - distance[0]) / max(float(np.ptp(distance)), 1e-9)

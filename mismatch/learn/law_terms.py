@@ -75,11 +75,12 @@ def observed(
     """
     regression = posterior.regression
     names = list(available_variables(component, trucks=len(regression.windows[0].signals.trucks)))
-    motions = [Motion(windows.signals.block, component).values(names) for windows in regression.windows]
+    blocks = [windows.signals.smooth_block for windows in regression.windows]
+    motions = [Motion(block, component).values(names) for block in blocks]
     variables = {name: np.concatenate([motion[name] for motion in motions]) for name in names}
     variables = {name: values for name, values in variables.items() if np.all(np.isfinite(values))}
     scale = sizes_of(component, acts_on)
-    edges = np.cumsum([len(windows.signals.block) for windows in regression.windows])[:-1]
+    edges = np.cumsum([len(block) for block in blocks])[:-1]
 
     def columns(series: Array) -> Array:
         raw = []

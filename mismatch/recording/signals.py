@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.recording import Poses, Recording
 
 WINDOW = 0.25  # [s] shorter than any manoeuvre
-SMOOTHING = 0.06, 0.2  # [s] shortest and longest time over which a wheel's speed is taken
+SHORTEST_SMOOTHING, SMOOTHING = 0.06, 0.2  # [s] shortest and longest time over which speeds are taken
+LONGEST_SMOOTHING = 1.0  # [s] longest one where counts must not show in speeds: still shorter than manoeuvres
 # [rad] turn that moves a reference by half of its offset from the axle: 2 sin(30 degrees / 2) = 0.52
 MIN_TURN = math.radians(30.0)
 MAX_SPEED_STEP = 5e-4  # [m/s] of a count: coarser encoders are smoothed longer, but lose sharp accelerations
@@ -47,6 +48,7 @@ class Signals:
     reading: Array  # joint_a, joint_b [rad] and link [m], `(N, 3)`; no columns with a single truck
     resolution: Array  # one count of each reading, `(3,)` [rad, rad, m]; empty with a single truck
     poses: Poses | None  # measured from outside, within the samples and in order of time; None without
+    steady: tuple[Array, Array]  # speeds and accelerations of the wheels, see `smooth_block`
 
     @property
     def trucks(self) -> tuple[TruckName, ...]:
@@ -57,6 +59,15 @@ class Signals:
     def wheels(self) -> tuple[Channel, ...]:
         """Names of the wheels."""
         return self.recording.vehicle.wheels
+
+    @property
+    def smooth_block(self) -> Block:
+        """The steps with speeds and accelerations in which no single count shows.
+
+        What is learned of a quantity would otherwise be learned of its rounding, which is in the data, too.
+        """
+        speed, acceleration = self.steady
+        return replace(self.block, speed=speed, acceleration=acceleration)
 
     @property
     def time(self) -> Array:
@@ -74,8 +85,9 @@ def signals_of(recording: Recording) -> Signals:
     wheelbase = np.array([truck.wheelbase for truck in vehicle.trucks.values()])
     turned = np.diff(angle, axis=0)
     count = max(abs(vehicle.metres_per_count(wheel)) for wheel in vehicle.wheels)
-    smoothing = float(np.clip(count / MAX_SPEED_STEP, *SMOOTHING))
-    speed, acceleration = _rates(radius * angle, time, smoothing)
+    smoothing = max(count / MAX_SPEED_STEP, SHORTEST_SMOOTHING)
+    speed, acceleration = _rates(radius * angle, time, min(smoothing, SMOOTHING))
+    steady = _rates(radius * angle, time, min(smoothing, LONGEST_SMOOTHING))
     reading = _readings(recording)
     travel = radius * turned
     yaw = (travel[:, 1::2] - travel[:, 0::2]) / wheelbase
@@ -102,7 +114,7 @@ def signals_of(recording: Recording) -> Signals:
     resolution = np.array(
         [abs(vehicle.encoder(name).scale) for name in vehicle.expected_channels if name not in vehicle.wheels]
     )
-    return Signals(recording, block, path, *_driven(heading, nominal), reading, resolution, poses)
+    return Signals(recording, block, path, *_driven(heading, nominal), reading, resolution, poses, steady)
 
 
 def about(signals: Signals, offset: Array, twist: Array) -> Signals:

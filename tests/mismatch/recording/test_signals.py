@@ -5,7 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.mismatch.recording.signals import expected_reading, grid, signals_of
+from omnimate.files.importers.robots import single_truck
+from omnimate.mismatch.recording.signals import MAX_SPEED_STEP, expected_reading, grid, signals_of
+from omnimate.vehicle.parameters import Truck
+from omnimate.vehicle.recording import Lap, Recording, Run
 
 
 def test_readings_go_on_where_a_joint_goes_round(drive):
@@ -57,3 +60,17 @@ def test_windows_are_even_and_hold_the_first_and_the_last_sample(drive):
     ends = grid(time)
     assert (ends[0], ends[-1]) == (0, len(time) - 1)
     assert np.ptp(np.diff(ends)) <= 1
+
+
+@pytest.mark.parametrize("counts_per_turn", [300.0, 500.0])
+def test_in_speeds_on_which_a_law_is_learned_no_count_of_a_coarse_encoder_shows(counts_per_turn):
+    """On a circle at a constant pace; ten readings a second."""
+    time = 0.1 * np.arange(600)
+    robot = single_truck("coarse", Truck(0.27, 0.044, 0.044), counts_per_turn, 0.1)
+    count = abs(robot.metres_per_count("a.left"))
+    counts = np.rint(np.outer(time, [0.32, 0.38]) / count).astype(np.int64)
+    run = Run("free", None, (Lap("none", time[0], time[-1]),))
+    signals = signals_of(Recording(robot, time, counts, np.ones(counts.shape, bool), None, run))
+    within = slice(10, -10)
+    assert np.abs(signals.block.speed[within] - [0.32, 0.38]).max() > MAX_SPEED_STEP
+    assert np.abs(signals.smooth_block.speed[within] - [0.32, 0.38]).max() < MAX_SPEED_STEP
