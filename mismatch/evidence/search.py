@@ -125,16 +125,16 @@ def may_replace(
 ) -> bool:
     """Say whether a rival may replace a member.
 
-    Unknown errors fit anything: to replace an effect, the data must support them more by a margin, or predict
-    unseen data more by it.
+    Unknown errors fit anything: to replace an effect, the data must support them more by a margin, or, where
+    they are the likelier ones, predict unseen data more by it.
     """
     terms = posterior.terms
-    nameless = terms[rival].is_unknown and not terms[member].is_unknown
-    return (
-        not nameless
-        or rival_judgement.white_log_evidence > judgement.white_log_evidence + NAMELESS_MARGIN
-        or rival_judgement.log_odds > judgement.log_odds + NAMELESS_MARGIN
-    )
+    if terms[member].is_unknown or not terms[rival].is_unknown:
+        return True
+    if rival_judgement.white_log_evidence > judgement.white_log_evidence + NAMELESS_MARGIN:
+        return True
+    likelier = rival_judgement.white_log_odds > judgement.white_log_odds
+    return likelier and rival_judgement.log_odds > judgement.log_odds + NAMELESS_MARGIN
 
 
 def _grow(posterior: Posterior, members: Members) -> Members:

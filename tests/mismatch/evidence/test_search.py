@@ -162,22 +162,30 @@ def test_effects_of_a_kind_that_are_likelier_all_gone_go_together(drawn, waves, 
     assert _without_what_cancels(posterior, (0, 1)) == ()
 
 
-def judged(white, log_odds):
-    return Judgement(np.ones(1), np.eye(1), log_odds=log_odds, white_log_evidence=white)
+def judged(white, log_odds, prior=0.0):
+    evidence = {"white_log_odds": white + prior, "white_log_evidence": white}
+    return Judgement(np.ones(1), np.eye(1), log_odds=log_odds, **evidence)
 
 
 @pytest.mark.parametrize(
-    ("white", "log_odds", "expected"),
-    [(5.0, 5.0, False), (1.0, 1.0, False), (1.0, -9.0, True), (-9.0, 1.0, True)],
-    ids=["as good", "a little better", "predicts better", "explains better"],
+    ("white", "log_odds", "prior", "expected"),
+    [
+        (5.0, 5.0, 0.0, False),
+        (1.0, 1.0, 0.0, False),
+        (1.0, -9.0, 0.0, True),
+        (1.0, -9.0, 4.5, False),
+        (-9.0, 1.0, 0.0, True),
+    ],
+    ids=["as good", "a little better", "predicts better", "is less likely", "explains better"],
 )
 def test_an_error_without_a_name_must_be_better_than_a_name_by_a_margin(
-    candidate, drawn, waves, white, log_odds, expected
+    candidate, drawn, waves, white, log_odds, prior, expected
 ):
     """White noise may say one thing, and unseen stretches another."""
     name = candidate("slip_patch", "b.left")
     nameless = candidate("unknown", "b.left", quantity="time", acts_on="travel")
     posterior = drawn(waves([100.0, 100.0], 1), [name, nameless], np.zeros(2), 1)
     unknown = judged(NAMELESS_MARGIN, NAMELESS_MARGIN)
-    assert may_replace(posterior, 1, unknown, 0, judged(white, log_odds)) is expected
-    assert may_replace(posterior, 0, judged(white, log_odds), 1, unknown)
+    known = judged(white, log_odds, prior)
+    assert may_replace(posterior, 1, unknown, 0, known) is expected
+    assert may_replace(posterior, 0, known, 1, unknown)
