@@ -234,7 +234,7 @@ def _beyond_noise(
         return (_missed(worst, missed[worst], "largest noise that such an encoder has"), *findings), traces
     if findings or fit.heldout.after < MISFIT:
         return findings, traces
-    findings, traces = _possible(traces, ())
+    findings, traces = _possible(_with_likelier_rivals(traces), ())
     if findings:
         return findings, traces
     worst = max(missed, key=lambda name: missed[name])

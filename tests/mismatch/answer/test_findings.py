@@ -74,6 +74,9 @@ def test_a_trace_is_a_finding_where_more_than_noise_is_missed_and_nothing_else_i
     assert _beyond_noise(model, fit, (other,), (trace,)) == ((other,), (trace,))
     expected = ((trace,), ()) if missed >= MISFIT else ((), (trace,))
     assert _beyond_noise(model, fit, (), (trace,)) == expected
+    found, _ = _beyond_noise(model, fit, (), ())
+    said = [(one.key, one.probability) for one in found]
+    assert said == ([(("unknown", "joint_a"), EVEN)] if missed >= MISFIT else [])
 
 
 @pytest.mark.parametrize(("regime", "expected"), [(PUSH_REGIME, [("unknown", "link")]), ("turn rate", [])])
