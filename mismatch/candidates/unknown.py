@@ -123,8 +123,9 @@ def _curves_of_rows(regression: Regression, shared: Sequence[Curves]) -> Array:
     )
     of_poses = (regression.channel >= regression.windows[0].linkage)[:, None]
     now, before = np.where(of_poses, before, now), np.where(of_poses, earlier, before)
-    edges = slices_of(map(len, shared[0].values()))
-    return np.hstack([part for place in edges for part in (now[:, place], (now - before)[:, place])])
+    changes = now - before
+    places = slices_of(map(len, shared[0].values()))
+    return np.hstack([part[:, place] for place in places for part in (now, changes)])
 
 
 def _earlier(at_ends: Array, count: int) -> Array:
@@ -243,7 +244,8 @@ def _waves_at(place: Array) -> Array:
     waves[:, 0] = np.exp(2j * np.pi * REPEATS[0] * place)
     waves[:, 1:] = np.exp(2j * np.pi * (REPEATS[1] - REPEATS[0]) * place)[:, None]
     curves = np.multiply.accumulate(waves, axis=1).view(float)
-    return np.asarray(curves - curves.mean(axis=0))  # a wave that is longer than the way would be a constant
+    curves -= curves.mean(axis=0)  # a wave that is longer than the way would be a constant
+    return curves
 
 
 def sizes_of(component: str, acts_on: str) -> float:
