@@ -207,12 +207,12 @@ def _possible(
     findings: Sequence[Finding], traces: Sequence[Finding]
 ) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
     """Return findings that are possible, themselves or a rival of theirs, and the others with the traces."""
-    possible: list[Finding] = []
-    others: list[Finding] = []
-    for finding in findings:
-        shares = (finding.probability, *(rival.probability for rival in finding.alternatives))
-        (possible if sum(shares) >= POSSIBLE else others).append(finding)
-    return tuple(possible), (*others, *traces)
+
+    def is_possible(finding: Finding) -> bool:
+        return finding.probability + sum(rival.probability for rival in finding.alternatives) >= POSSIBLE
+
+    others = (finding for finding in findings if not is_possible(finding))
+    return tuple(filter(is_possible, findings)), (*others, *traces)
 
 
 def _beyond_noise(

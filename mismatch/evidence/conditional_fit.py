@@ -38,6 +38,7 @@ from omnimate.mismatch.evidence.rows import (
     nuisance_noise,
     products_by_group,
     unwhiten_nuisances,
+    whiten_along,
 )
 
 if TYPE_CHECKING:
@@ -160,7 +161,7 @@ class ConditionalFit:
         """Return columns (V, C) whitened with the nuisances as noise, which explain (r, C) of them."""
         variances = self._products.variances
         along = np.sqrt((1.0 + variances) / variances)[:, None] * explained
-        return np.asarray(columns - self._axes @ ((1.0 - 1.0 / np.sqrt(1.0 + variances))[:, None] * along))
+        return whiten_along(columns, self._axes, variances, along)
 
     def _apply_discrepancy(self, rows: Array) -> Array:
         """Return rows (V, C) whitened with the members' discrepancies as noise."""

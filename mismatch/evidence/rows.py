@@ -34,7 +34,15 @@ def whiten_nuisances(rows: Array, nuisance: Array) -> Array:
     """Return rows (V, C) whitened with nuisances (V, k) of unit size as noise."""
     variances, directions = nuisance_noise(nuisance.T @ nuisance)
     axes = nuisance @ (directions / np.sqrt(variances))
-    return np.asarray(rows - axes @ ((1.0 - 1.0 / np.sqrt(1.0 + variances))[:, None] * (axes.T @ rows)))
+    return whiten_along(rows, axes, variances, axes.T @ rows)
+
+
+def whiten_along(rows: Array, axes: Array, variances: Array, along: Array) -> Array:
+    """Return rows (V, C) whitened with noise of variances (r,) in addition along axes (V, r) of unit length.
+
+    `along` (r, C) are their products with the axes.
+    """
+    return np.asarray(rows - axes @ ((1.0 - 1.0 / np.sqrt(1.0 + variances))[:, None] * along))
 
 
 def unwhiten_nuisances(rows: Array, nuisance: Array) -> Array:
