@@ -13,7 +13,7 @@ demo: $(VENV)/.installed .mypy_path/omnimate
 	$(BIN)/omnimate demo --out demo-out
 
 # Each file of tests runs in one process, and each process computes in one thread.
-PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+PYTEST := $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 test test-all test-touched: export OMP_NUM_THREADS = 1
 test: $(VENV)/.installed-dev

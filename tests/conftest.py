@@ -36,6 +36,11 @@ def pytest_addoption(parser):
     )
 
 
+def pytest_xdist_auto_num_workers():
+    """Return one process more than cores, as many tests wait for a browser or another process; at most 4."""
+    return min((os.cpu_count() or 1) + 1, 4)
+
+
 def pytest_collection_modifyitems(config, items):
     """Keep the tests that `--touched-since` asks for, and what can run without `../shared/data`."""
     commit = config.getoption("--touched-since")

@@ -87,7 +87,7 @@ def test_our_recorder_and_can_logger_keep_the_same_frames(bus, tmp_path):
         "can_logger", *where, "-i", "socketcand", "-c", "can0", "-f", tmp_path / "other.log"
     ) as logger:
         await_line(logger, "Can Logger")
-        with started("omnimate", "record", tmp_path / "ours", "--bus", url, "--seconds", 8.0) as recorder:
+        with started("omnimate", "record", tmp_path / "ours", "--bus", url, "--seconds", 3.0) as recorder:
             assert "recording:" in ended(recorder)
         logger.send_signal(signal.SIGINT)
         ended(logger)

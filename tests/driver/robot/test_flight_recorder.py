@@ -127,7 +127,7 @@ def test_commands_are_recorded_where_they_change(tmp_path):
 )
 def test_a_lost_node_is_a_fault(tmp_path, fault, words):
     with flying(tmp_path, fault) as driver:
-        fly(driver, 9.0)
+        fly(driver, 3.5)
     (path,) = folders(tmp_path)
     assert words in whats(path, "fault")[0]
 
