@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from threadpoolctl import threadpool_limits
 
-from omnimate.mismatch.answer.findings import answer
+from omnimate.mismatch.answer.answer import answer
 from omnimate.mismatch.description.far_off import far_off
 from omnimate.mismatch.description.first_look import first_look
 from omnimate.mismatch.diagnosis import Diagnosis

@@ -19,8 +19,8 @@ from threadpoolctl import threadpool_limits
 from omnimate.effects import effects_scanned_by
 from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.doubts import SUREST
-from omnimate.mismatch.answer.findings import blind, unseen_in_words
 from omnimate.mismatch.answer.rivals import POSSIBLE
+from omnimate.mismatch.answer.unseen import blind, unseen_in_words
 from omnimate.mismatch.answer.where import channels_of, laps_at, places_at
 from omnimate.mismatch.candidates.pushes import push
 from omnimate.mismatch.candidates.regression import Regression

@@ -12,6 +12,7 @@ from omnimate.effects import effect_named
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import Term
+from omnimate.mismatch.diagnosis import Finding, Where
 from omnimate.mismatch.evidence.candidates import Candidates
 from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.fit import fitted
@@ -41,6 +42,11 @@ def cut(recording, rows):
         recording, time=recording.time[: len(counts)], counts=counts, present=recording.present[rows],
         commands=None, poses=None, run=None,
     )  # fmt: skip
+
+
+def finding(effect, probability, explained):
+    """Return a finding of b.left that explains a share."""
+    return Finding(effect, "b.left", probability, where=Where((), (), ""), explained=explained)
 
 
 RATE, SPAN = 4, 120.0  # rows in a second, and seconds of regressions that are drawn by chance

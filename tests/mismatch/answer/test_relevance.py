@@ -5,8 +5,8 @@ from dataclasses import replace
 from hypothesis import given
 from hypothesis import strategies as st
 
+from omnimate.mismatch.answer.answer import summary_of
 from omnimate.mismatch.answer.doubts import EVEN
-from omnimate.mismatch.answer.findings import _fit
 from omnimate.mismatch.answer.relevance import is_large, relevant
 from omnimate.mismatch.candidates.terms import term
 from omnimate.mismatch.diagnosis import Change, Finding, Where
@@ -31,7 +31,7 @@ def test_an_error_without_a_name_is_large_where_it_exceeds_the_noise_of_a_nomina
 
 def relevant_of(fit, *findings):
     residuals = held_out(nominal_of(fit), fit)
-    return relevant(findings, fit, nominal_of(fit), residuals, _fit(fit, residuals))
+    return relevant(findings, fit, nominal_of(fit), residuals, summary_of(fit, residuals))
 
 
 def test_an_effect_of_the_same_size_in_all_recordings_is_relevant(eccentric):
