@@ -103,9 +103,9 @@ RULES: dict[str, Rule] = {
     ),
     "doubt: an unknown's omnibus test": (f"{ANSWER}.findings.surest_unknown", _always(SUREST)),
     "doubt: a calibrated number where the error varies": (f"{ANSWER}.doubts._lasting", _always(set())),
-    "omnibus test": (f"{ANSWER}.findings.leftover", _always(Leftover(1.0))),
-    "relevance": (f"{ANSWER}.findings.relevant", lambda present, *_: (tuple(present), ())),
-    "averaged calibration": (f"{ANSWER}.findings.averaged", lambda fit: fit.calibrated),
+    "omnibus test": (f"{ANSWER}.answer.leftover", _always(Leftover(1.0))),
+    "relevance": (f"{ANSWER}.answer.relevant", lambda present, *_: (tuple(present), ())),
+    "averaged calibration": (f"{ANSWER}.answer.averaged", lambda fit: fit.calibrated),
     "outlying poses": (
         "omnimate.mismatch.recording.signals.pose_outliers",
         lambda pose, _: np.zeros(len(pose), bool),
