@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 import can
 from canopen import Network
 
+from omnimate.driver.bus.bus import receive
 from omnimate.driver.canopen.dictionary import standard_dictionary
 from omnimate.driver.canopen.sdo import Sdo
 from omnimate.driver.errors import BusLost
@@ -58,8 +59,11 @@ class BusNetwork(Network):
         self.can_bus = bus  # sends and receives
         self.clock = clock  # of the recording
         self.recorder = recorder  # gets every frame that is sent or received; None for none
-        # gets every frame that `pump` reads, with the time at which it was on the bus [s]
-        self.handler: Callable[[can.Message, float], None] = lambda _message, _arrival: None
+        # gets every frame that `pump` reads, with the time at which it was on the bus [s]; by default those
+        # who have subscribed to its identifier get it
+        self.handler: Callable[[can.Message, float], None] = lambda message, _arrival: self.notify(
+            message.arbitration_id, message.data, message.timestamp
+        )
         # called before each wait of `pump`, which then ends after `LONGEST_WAIT`; None for nothing
         self.on_wait: Callable[[], None] | None = None
         # called with the time of a frame [s] that the recorder could not take, and why
@@ -107,10 +111,7 @@ class BusNetwork(Network):
 
     def receive(self, timeout: float) -> can.Message | None:
         """Return the next frame, or None when `timeout` [s] has passed; raises BusLost."""
-        try:
-            message = self.can_bus.recv(timeout)
-        except (can.CanError, OSError) as error:
-            raise BusLost(error) from error
+        message = receive(self.can_bus, timeout)
         if message is None:
             return None
         self.arrival = self.clock.frame_time(message.timestamp)

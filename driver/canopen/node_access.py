@@ -62,9 +62,6 @@ def open_node(
         if writes:
             require_no_other_master(bus, url)
         network = BusNetwork(bus, WallClock(PERIOD))
-        network.handler = lambda message, _arrival: network.notify(
-            message.arbitration_id, message.data, message.timestamp
-        )
         sdo = network.sdo(node, None if dictionary is None else {node: dictionary}, timeout)
         sdo.max_responses = MAX_RESPONSES
         yield sdo

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import can
 
+from omnimate.driver.bus.bus import receive
 from omnimate.driver.errors import BusLost, DriverError
 from omnimate.files.logs.canopen_words import HEARTBEAT, NMT_ID, SDO_ANSWER, SDO_REQUEST
 
@@ -78,10 +79,7 @@ class Probe:
         """
         end, replies = self._clock() + seconds, list[Reply]()
         while True:
-            try:
-                message = self._bus.recv(max(0.0, end - self._clock()))
-            except (can.CanError, OSError) as error:
-                raise BusLost(error) from error
+            message = receive(self._bus, max(0.0, end - self._clock()))
             if message is not None and not (message.is_extended_id or message.is_error_frame):
                 replies.append(Reply(self._clock(), message.arbitration_id, bytes(message.data)))
                 if until(replies[-1]):

@@ -237,7 +237,6 @@ class FakeClock:
 def sdo(devices, node=1):
     """Return the objects of a node on a bus with these devices, and the network that reaches them."""
     network = BusNetwork(FakeBus(devices), FakeClock())
-    network.handler = lambda message, _arrival: network.notify(message.arbitration_id, message.data, 0.0)
     return network.sdo(node), network
 
 

@@ -89,9 +89,7 @@ class StrictNode(DescribedNode):
 
 
 def sdo_on(bus, dictionary):
-    network = BusNetwork(bus, WallClock(1.0))
-    network.handler = lambda message, _arrival: network.notify(message.arbitration_id, message.data, 0.0)
-    return network.sdo(NODE, {NODE: dictionary}, 0.02)
+    return BusNetwork(bus, WallClock(1.0)).sdo(NODE, {NODE: dictionary}, 0.02)
 
 
 def dcf(tmp_path, period=15000, vendor=0x301, data_type="0x0007"):

@@ -77,7 +77,6 @@ def test_a_node_with_an_eds_is_read_with_the_sizes_of_its_eds(kit):
     device = kit.encoder_device(1)
     device.put(0x2000, 0, 0, 2)
     network = BusNetwork(kit.Bus([device]), kit.Clock())
-    network.handler = lambda message, _arrival: network.notify(message.arbitration_id, message.data, 0.0)
     network.sdo(1, {1: dictionary}).put(0x2000, 0, 7)
     assert device.objects[0x2000, 0] == [7, 2]
     assert len([data for can_id, data in network.can_bus.sent if data[0] & 0xE0 == 0x20]) == 1
