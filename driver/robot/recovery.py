@@ -78,17 +78,13 @@ class Recovery:
     ) -> NodeConfiguration | None:
         """Return the result of a dialogue; where it failed, log that and try again later."""
         try:
-            configuration = result()
+            return result()
         except BusLost:
             if self._inline:
                 raise
-            self._retry(node, delay, now, "the bus was lost")
+            problem = "the bus was lost"
         except DriverError as error:
-            self._retry(node, delay, now, str(error))
-        else:
-            return configuration
-        return None
-
-    def _retry(self, node: int, delay: float, now: float, problem: str) -> None:
+            problem = str(error)
         self._events.add(now, node, f"could not be configured again, tried until it can: {problem}")
         self._waiting.setdefault(node, (now + delay, min(2.0 * delay, LONGEST_DELAY)))
+        return None
