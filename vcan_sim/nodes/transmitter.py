@@ -44,34 +44,29 @@ class Transmitter:
 
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
         self._send = send
-        self._disturbance = NONE
+        self.disturbance = NONE  # the current faults; `disturb` changes them
         self._held: list[tuple[float, int, bytes]] = []
         self._burst_due = math.inf
         self._answers = 0
         self._last: dict[int, bytes] = {}
         self.due = math.inf
 
-    @property
-    def disturbance(self) -> Disturbance:
-        """The current faults."""
-        return self._disturbance
-
     def disturb(self, disturbance: Disturbance, now: float) -> None:
         """Change the faults."""
-        starts = disturbance.babble is not self._disturbance.babble
-        self._disturbance = disturbance
+        starts = disturbance.babble is not self.disturbance.babble
+        self.disturbance = disturbance
         if starts:
             self._burst_due = now if disturbance.babble else math.inf
         self._reschedule()
 
     def send(self, cob_id: int, data: bytes) -> None:
         """Send a frame that is no PDO."""
-        if not (self._disturbance.silent or self._disturbance.off):
+        if not (self.disturbance.silent or self.disturbance.off):
             self._send(cob_id, data)
 
     def send_pdo(self, cob_id: int, data: bytes, now: float) -> None:
         """Send a PDO."""
-        if self._disturbance is NONE:
+        if self.disturbance is NONE:
             self._last[cob_id] = data
             self._send(cob_id, data)
         else:
@@ -79,7 +74,7 @@ class Transmitter:
 
     def _send_disturbed(self, cob_id: int, data: bytes, now: float) -> None:
         self._send_held(now)
-        wrong = self._disturbance
+        wrong = self.disturbance
         if wrong.frozen:
             data = self._last.get(cob_id, data)
         self._last[cob_id] = data
@@ -95,7 +90,7 @@ class Transmitter:
     def run(self, now: float) -> None:
         """Send delayed frames and bursts whose time has passed [s]."""
         self._send_held(now)
-        babble = self._disturbance.babble
+        babble = self.disturbance.babble
         if babble is not None and now >= self._burst_due:
             self._burst_due = max(self._burst_due + babble.every, now)
             cob_id, data = self._babble_frame()
@@ -111,7 +106,7 @@ class Transmitter:
 
     def _babble_frame(self) -> tuple[int, bytes]:
         """Return COB-ID and data of a babbling device; by default those of its first PDO."""
-        babble = self._disturbance.babble
+        babble = self.disturbance.babble
         assert babble is not None  # checked by the caller
         cob_id = babble.cob_id
         if cob_id is None:
