@@ -38,9 +38,8 @@ if TYPE_CHECKING:
     from omnimate.listen.priors import Direction, Kind
 
 LOG_ZERO = float("-inf")
-MIN_RATE_RISE = (
-    4.0  # [1] ratio of the flip rates of two neighbouring bits, for a boundary inside a byte (assumption)
-)
+# [1] ratio of the flip rates of two neighbouring bits, for a boundary inside a byte (assumption)
+MIN_RATE_RISE = 4.0
 MAX_INNER_EDGES = 6  # boundaries inside bytes that are tried, which limits the computing time
 MIN_FLIP_FRAMES = 100  # frames needed to estimate the flip rate of a bit (assumption)
 MAX_PENALISED_WRAPS = 8  # wraps that count against a sign; a counter may have any number of them (assumption)

@@ -28,9 +28,8 @@ if TYPE_CHECKING:
     from omnimate.listen.wheels import Kinematics
 
 MIN_DRIVE_PROBABILITY = 0.9  # probability from which a node is taken as a drive (assumption)
-MIN_SWINGS = (
-    3  # changes between the lowest and the highest quarter of the values; driving out and back makes two
-)
+# Changes between the lowest and the highest quarter of the values; driving out and back makes two
+MIN_SWINGS = 3
 
 
 @dataclass(frozen=True)

@@ -56,13 +56,11 @@ _ARRAYS: dict[tuple[int, ...], tuple[int, Kind, bool | None]] = {
     (0x6030, 0x6040, 0x6401, 0x6411): (16, "number", True),
 }
 _STATUS_DEFAULT = 0x0210  # bits that are mostly set: remote, and voltage enabled
-_STATUS_EQUAL = (
-    0x3400  # bits that are 0 and 1 equally often: target reached, and two of the mode of operation
-)
+# Bits that are 0 and 1 equally often: target reached, and two of the mode of operation
+_STATUS_EQUAL = 0x3400
 _CONTROL_EQUAL = 0x0010  # bit 4 starts a movement in some modes
-DEFAULT_SHARE = (
-    0.9  # share of words with the expected state, and of free bits with their default (assumption)
-)
+# Share of words with the expected state, and of free bits with their default (assumption)
+DEFAULT_SHARE = 0.9
 
 
 def profile_reading(name: str, bits: int) -> tuple[Kind, bool | None] | None:

@@ -36,9 +36,8 @@ MAX_PACKED_PROBABILITY = 0.9
 MAX_OPEN_PROBABILITY = 0.9
 WIDTHS = (8, 16, 32)  # [bits] of the types that nearly all mapped objects have
 MAX_LAYOUT_FRAMES = 4096  # frames from which a layout is learned, if every changing bit changes in them
-MIN_SAME_STEP_SHARE = (
-    0.98  # share of a frame counter's steps that are equal; the others are lost frames (assumption)
-)
+# Share of a frame counter's steps that are equal; the others are lost frames (assumption)
+MIN_SAME_STEP_SHARE = 0.98
 MAX_COUNTER_STEP = 16  # counts from frame to frame of a frame counter (assumption)
 MAX_CLOCK_ERROR = 1e-3  # relative error of a device's clock; quartz is more exact, resonators reach 5e-3
 

@@ -33,15 +33,13 @@ MIN_AXIS_DISTANCE = math.radians(
     12.0
 )  # [rad] of a peak: counts per metre of two wheels differ less than 1 to 5
 MIN_SPEED = 0.15  # relative to the 95 % quantile of a speed; slower is noise of the resolution
-MIN_PEAK_SCORE = (
-    4.0  # standard deviations above chance; the largest of 180 independent bins has less by chance
-)
+# Standard deviations above chance; the largest of 180 independent bins has less by chance
+MIN_PEAK_SCORE = 4.0
 MIN_STRAIGHT_ODDS = 2.0  # travel straight on over travel of turns on the spot
 MIN_SLIDER_SHARE = 0.8  # share of the variance of a slider's rate that the trucks' speeds explain
 MAX_STRAIGHT_SPREAD = 0.01  # half the relative interquartile range of a ratio while driving straight
-MAX_SCALE_DIFFERENCE = (
-    0.02  # relative difference of counts per metre of equal wheels: diameter, pressure, load
-)
+# Relative difference of counts per metre of equal wheels: diameter, pressure, load
+MAX_SCALE_DIFFERENCE = 0.02
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,8 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_START_DELAY = (
-    0.1  # [s] without frames after the last `< ok >`, which python-can must read alone (assumption)
-)
+# [s] without frames after the last `< ok >`, which python-can must read alone (assumption)
+_START_DELAY = 0.1
 _MAX_UNREAD = 4 * 1024 * 1024  # [byte] about 90 000 frames, or 10 s of a fully loaded bus of 1 Mbit/s
 
 
