@@ -6,11 +6,16 @@ import time
 
 import pytest
 
+from omnimate.driver.robot import driver as driver_module
+from omnimate.driver.robot import passive
 from omnimate.driver.robot.driver import Driver
+from omnimate.vehicle.file import save_vehicle
+from tests.cli.conftest import omnimate
 from tests.foreign import robots
 from tests.foreign.bench import Bench, BenchClock
 from tests.foreign.canopennode import nodes
 
+__all__ = ["omnimate"]
 MISSING = nodes.what_is_missing()
 FAMILIES = [
     "LocalNode",
@@ -42,6 +47,36 @@ def driver_on():
         return Driver(vehicle, bus, clock=BenchClock(vehicle.bus.sync_period), **options)
 
     return make
+
+
+@pytest.fixture
+def enabled(bench, driver_on):
+    """Return what makes a driver of `two_trucks`, enabled, which has driven so long [s], and its bus."""
+
+    def make(nodes=None, seconds=0.0):
+        bus = bench(robots.devices() if nodes is None else nodes)
+        driver = driver_on(robots.two_trucks(), bus)
+        driver.configure()
+        driver.enable()
+        robots.drive(driver, seconds)
+        return driver, bus
+
+    return make
+
+
+@pytest.fixture
+def record(omnimate, monkeypatch, tmp_path):
+    """Return what runs `omnimate record` on a bench, which any URL names, into the folder `lap`."""
+    save_vehicle(robots.two_trucks(), tmp_path / "vehicle.toml")
+
+    def run(bus, *options):
+        for module in (driver_module, passive):
+            monkeypatch.setattr(module, "open_bus", lambda *_arguments: bus)
+        monkeypatch.setattr(bus, "shutdown", lambda: None)  # the bench is looked at afterwards
+        arguments = ("--bus", "virtual://robot", "--vehicle", tmp_path / "vehicle.toml", *options)
+        return omnimate("record", tmp_path / "lap", *arguments)
+
+    return run
 
 
 @pytest.fixture(scope="session")

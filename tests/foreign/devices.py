@@ -66,9 +66,11 @@ class ForeignNode(canopen.LocalNode):
         (0x1000, 0, UNSIGNED32, "ro", 0),
         (0x1001, 0, UNSIGNED8, "ro", 0),
         (0x1005, 0, UNSIGNED32, "rw", 0x80),
+        (0x1006, 0, UNSIGNED32, "rw", 0),
         (0x1017, 0, UNSIGNED16, "rw", 0),
         (0x1018, 0, UNSIGNED8, "ro", 4),
         *((0x1018, sub, UNSIGNED32, "ro", 0x300 + sub) for sub in range(1, 5)),
+        (0x1019, 0, UNSIGNED8, "rw", 0),
     )
 
     def __init__(self, node, extra=(), tpdos=(), described=None):

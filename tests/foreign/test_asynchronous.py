@@ -5,19 +5,15 @@ from __future__ import annotations
 import pytest
 
 from omnimate.driver.errors import NoSync
-from omnimate.driver.robot import passive as module
 from omnimate.driver.robot.passive import PassiveReader
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.files.recordings.folder import load_recording
-from omnimate.vehicle.file import save_vehicle
 from omnimate.vehicle.odometry import Odometer
-from tests.cli.conftest import omnimate
 from tests.foreign import robots
 from tests.foreign.devices import OPERATIONAL
 from tests.foreign.robots import devices, two_trucks
 from tests.foreign.test_restarts import rolling
 
-__all__ = ["omnimate"]
 pytestmark = pytest.mark.usefixtures("family")
 
 
@@ -56,13 +52,9 @@ def test_sync_that_comes_within_a_second_opens_the_samples(bench):
     assert len(samples) == 50
 
 
-def test_record_listen_only_takes_such_a_bus(bench, monkeypatch, omnimate, tmp_path):
+def test_record_listen_only_takes_such_a_bus(bench, record, tmp_path):
     bus = free_running(bench)
-    monkeypatch.setattr(module, "open_bus", lambda *_arguments: bus)
-    monkeypatch.setattr(bus, "shutdown", lambda: None)
-    save_vehicle(two_trucks(), tmp_path / "vehicle.toml")
-    options = ("--vehicle", tmp_path / "vehicle.toml", "--listen-only", "--seconds", "2")
-    result = omnimate("record", tmp_path / "lap", "--bus", "virtual://robot", *options)
+    result = record(bus, "--listen-only", "--seconds", "2")
     assert result.code == 0, result.err
     assert load_recording(tmp_path / "lap").counts[-1][0] > 0
     assert bus.sent == []

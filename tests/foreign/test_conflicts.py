@@ -5,29 +5,9 @@ from __future__ import annotations
 import pytest
 
 from omnimate.driver.errors import DrivesStopped, TwoDevices
-from omnimate.driver.robot import driver as module
-from omnimate.vehicle.file import save_vehicle
-from tests.cli.conftest import omnimate
-from tests.foreign.devices import UNSIGNED8, UNSIGNED32, ForeignEncoder
+from tests.foreign.devices import ForeignEncoder
 from tests.foreign.robots import devices, drive, foreign_encoder, two_trucks
 from tests.foreign.test_restarts import cycles, rolling, words
-
-__all__ = ["omnimate"]
-PERIOD_US = 15_000
-
-
-@pytest.fixture
-def record(omnimate, monkeypatch, tmp_path):
-    """Return what runs `omnimate record` on a bench for three seconds."""
-
-    def run(bus, *options):
-        monkeypatch.setattr(module, "open_bus", lambda *_arguments: bus)
-        monkeypatch.setattr(bus, "shutdown", lambda: None)
-        save_vehicle(two_trucks(), tmp_path / "vehicle.toml")
-        arguments = ("--bus", "virtual://robot", "--vehicle", tmp_path / "vehicle.toml", *options)
-        return omnimate("record", tmp_path / "lap", *arguments)
-
-    return run
 
 
 def second_master(bus, period=0.02):
@@ -44,11 +24,8 @@ def test_two_devices_on_one_node_id_are_found_before_anything_is_set(bench, driv
     assert caught.value.node == 3
 
 
-def test_a_second_device_that_is_switched_on_later_is_found_by_its_pdos(bench, driver_on):
-    bus = bench(devices())
-    driver = driver_on(two_trucks(), bus)
-    driver.configure()
-    driver.enable()
+def test_a_second_device_that_is_switched_on_later_is_found_by_its_pdos(enabled):
+    driver, bus = enabled()
     cycles(driver, 0.5)
     twin = ForeignEncoder(3)
     bus.add(twin)
@@ -61,11 +38,8 @@ def test_a_second_device_that_is_switched_on_later_is_found_by_its_pdos(bench, d
 
 
 @pytest.mark.usefixtures("family")
-def test_a_second_sync_master_stops_the_robot_and_ends_with_code_1(bench, driver_on, record):
-    bus = bench(devices())
-    driver = driver_on(two_trucks(), bus)
-    driver.configure()
-    driver.enable()
+def test_a_second_sync_master_stops_the_robot_and_ends_with_code_1(bench, enabled, record):
+    driver, bus = enabled()
     second_master(bus)
     with pytest.raises(DrivesStopped, match="another device produces SYNC"):
         drive(driver, 1.0)
@@ -84,27 +58,6 @@ def test_an_encoder_that_never_answers_sync_ends_with_code_1(bench, record, opti
     result = record(bus, *options)
     assert result.code == 1
     assert "node 5: has never answered SYNC" in result.err
-
-
-def test_a_node_that_waits_for_a_sync_with_a_counter_or_of_another_period_is_set_right(bench, driver_on):
-    nodes = devices()
-    counting = ForeignEncoder(1, more=[(0x1006, 0, UNSIGNED32, "rw", 0), (0x1019, 0, UNSIGNED8, "rw", 0)])
-    bus = bench([counting if node.id == 1 else node for node in nodes])
-    counting.put(0x1006, 0, 20_000)
-    counting.put(0x1019, 0, 240)
-    written = []
-    counting.add_write_callback(
-        lambda *, index, data, **_: written.append((index, int.from_bytes(data, "little")))
-    )
-    driver = driver_on(two_trucks(), bus)
-    report = driver.configure()
-    assert [write for write in written if write[0] in {0x1006, 0x1019}] == [
-        (0x1006, 0),
-        (0x1019, 0),
-        (0x1006, PERIOD_US),
-    ]
-    assert any("SYNC counter 1019h: 240 to 0" in line for line in report.nodes[0].changed)
-    assert any("SYNC period 1006h: 20000 to 15000 us" in line for line in report.nodes[0].changed)
 
 
 @pytest.mark.usefixtures("family")
@@ -126,11 +79,8 @@ def test_can_fd_frames_with_the_identifier_of_a_pdo_change_no_sample(bench, driv
 
 
 @pytest.mark.usefixtures("family")
-def test_a_drive_does_not_wait_for_ever_for_an_encoder_that_is_gone(bench, driver_on):
-    bus = bench(devices())
-    driver = driver_on(two_trucks(), bus)
-    driver.configure()
-    driver.enable()
+def test_a_drive_does_not_wait_for_ever_for_an_encoder_that_is_gone(enabled):
+    driver, bus = enabled()
     cycles(driver, 0.5)
     bus.nodes[5].power_off()
     cycles(driver, 9.0)

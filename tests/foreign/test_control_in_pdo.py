@@ -23,8 +23,8 @@ QUICK_STOP_ACTIVE = 0x0207
 def driving(bench, driver_on):
     """Return what makes a robot that drives, its drives with this mapping."""
 
-    def make(*rpdo, robot=None, **options):
-        bus = bench(devices("first", rpdo=rpdo, access="ro"))
+    def make(*rpdo, robot=None, access="ro", **options):
+        bus = bench(devices("first", rpdo=rpdo, access=access))
         driver = driver_on(robot or two_trucks(), bus, **options)
         driver.configure()
         report = driver.enable()
@@ -79,14 +79,10 @@ def test_what_was_commanded_is_read_from_the_recording(driving, tmp_path):
     assert [drive.start_bit for drive in recording.vehicle.drives] == [16] * 4
 
 
-def test_a_free_rpdo_is_mapped_as_vehicle_toml_says(bench, driver_on):
+def test_a_free_rpdo_is_mapped_as_vehicle_toml_says(driving):
     robot = two_trucks()
     robot = replace(robot, drives=tuple(replace(drive, start_bit=16) for drive in robot.drives))
-    bus = bench(devices("first"))
-    driver = driver_on(robot, bus)
-    driver.configure()
-    report = driver.enable()
-    drive(driver, 1.0)
+    _, bus, report = driving(CONTROL, robot=robot, access="rw")
     assert [bus.nodes[17].number(0x1600, sub) for sub in (0, 1, 2)] == [2, CONTROL, TARGET]
     assert not [remark for node in report for remark in node.remarks if "start_bit" in remark]
     assert bus.nodes[17].velocity == pytest.approx(COUNTS, rel=0.01)

@@ -11,19 +11,9 @@ from omnimate.driver.errors import BusLost, DrivesStopped
 from tests.foreign.robots import FIRST_DRIVE, devices, drive, two_trucks
 
 
-def started(bench, driver_on, nodes=None):
-    """Return a driver whose drives are enabled, and its bus."""
-    bus = bench(devices() if nodes is None else nodes)
-    driver = driver_on(two_trucks(), bus)
-    driver.configure()
-    driver.enable()
-    drive(driver, 0.3)
-    return driver, bus
-
-
 @pytest.mark.usefixtures("family")
-def test_heartbeats_with_the_toggle_bit_of_node_guarding_tell_the_same_state(bench, driver_on):
-    driver, bus = started(bench, driver_on)
+def test_heartbeats_with_the_toggle_bit_of_node_guarding_tell_the_same_state(enabled):
+    driver, bus = enabled(seconds=0.3)
     for number in range(40):
         state = 0x05 | number % 2 << 7
         bus.at(0.01 * number, lambda state=state: bus.inject(0x700 + FIRST_DRIVE, bytes([state])))
@@ -32,9 +22,9 @@ def test_heartbeats_with_the_toggle_bit_of_node_guarding_tell_the_same_state(ben
 
 
 @pytest.mark.usefixtures("family")
-def test_a_device_that_boots_twice_is_configured_and_drives_on(bench, driver_on):
+def test_a_device_that_boots_twice_is_configured_and_drives_on(enabled):
     nodes = devices()
-    driver, bus = started(bench, driver_on, nodes)
+    driver, bus = enabled(nodes, seconds=0.3)
     nodes[0].reset()
     bus.at(0.05, nodes[0].reset)
     samples = drive(driver, 2.0)
@@ -43,8 +33,8 @@ def test_a_device_that_boots_twice_is_configured_and_drives_on(bench, driver_on)
 
 
 @pytest.mark.usefixtures("family")
-def test_a_storm_of_emergencies_of_an_encoder_stops_nothing_and_is_one_line_for_each_kind(bench, driver_on):
-    driver, bus = started(bench, driver_on)
+def test_a_storm_of_emergencies_of_an_encoder_stops_nothing_and_is_one_line_for_each_kind(enabled):
+    driver, bus = enabled(seconds=0.3)
     for number in range(3000):
         data = bytes([number % 5, 0x81, 1, 0, 0, number % 256, number // 256, 0])
         bus.at(0.0003 * number, lambda data=data: bus.inject(0x081, data))
@@ -55,11 +45,11 @@ def test_a_storm_of_emergencies_of_an_encoder_stops_nothing_and_is_one_line_for_
     assert (len(storm), sum(event.count for event in storm)) == (5, 3000)
 
 
-def test_a_device_that_fills_its_pdos_up_to_8_bytes_is_read_and_told(bench, driver_on):
+def test_a_device_that_fills_its_pdos_up_to_8_bytes_is_read_and_told(enabled):
     nodes = devices()
     pack = nodes[0]._pack
     nodes[0]._pack = lambda entries: pack(entries).ljust(8, b"\xaa")
-    driver, _ = started(bench, driver_on, nodes)
+    driver, _ = enabled(nodes, seconds=0.3)
     samples = drive(driver, 1.0)
     assert all(all(sample.present) for sample in samples)
     assert abs(samples[-1].counts[0] - samples[-1].counts[1]) < 100
@@ -79,8 +69,8 @@ def full_queue(bus, until):
 
 
 @pytest.mark.usefixtures("family")
-def test_a_queue_that_is_full_for_some_milliseconds_loses_no_frame(bench, driver_on):
-    driver, bus = started(bench, driver_on)
+def test_a_queue_that_is_full_for_some_milliseconds_loses_no_frame(enabled):
+    driver, bus = enabled(seconds=0.3)
     full_queue(bus, bus.now + 0.008)
     before = driver.report().syncs
     samples = drive(driver, 1.0)
@@ -90,16 +80,16 @@ def test_a_queue_that_is_full_for_some_milliseconds_loses_no_frame(bench, driver
 
 
 @pytest.mark.usefixtures("family")
-def test_a_queue_that_stays_full_is_a_lost_bus(bench, driver_on):
-    driver, bus = started(bench, driver_on)
+def test_a_queue_that_stays_full_is_a_lost_bus(enabled):
+    driver, bus = enabled(seconds=0.3)
     full_queue(bus, bus.now + 10.0)
     with pytest.raises(BusLost, match="No buffer space"):
         drive(driver, 1.0)
 
 
 @pytest.mark.usefixtures("family")
-def test_error_frames_of_the_adapter_are_counted_and_change_no_sample(bench, driver_on):
-    driver, bus = started(bench, driver_on)
+def test_error_frames_of_the_adapter_are_counted_and_change_no_sample(enabled):
+    driver, bus = enabled(seconds=0.3)
     passive = can.Message(arbitration_id=0x24, data=bytes([0, 0x30, 0, 0, 0, 0, 0x60, 0x70]))
     passive.is_error_frame, passive.is_extended_id = True, False
     for number in range(200):

@@ -10,8 +10,7 @@ from omnimate.motion.journal import Journal
 from omnimate.motion.paths import out_and_back
 from omnimate.motion.runner import Runner
 from tests.foreign.devices import FAULT, PRE_OPERATIONAL, STOPPED, SWITCH_ON_DISABLED
-from tests.foreign.robots import devices as robot_devices
-from tests.foreign.robots import drive, two_trucks
+from tests.foreign.robots import devices, drive, two_trucks
 
 pytestmark = pytest.mark.usefixtures("family")
 SPEED = 4.0  # [rad/s], 0.3 m/s
@@ -19,53 +18,24 @@ COUNTS = SPEED / 6.2832 * 40000  # [1/s]
 OUT = 17  # the drive that something happens to
 
 
-def fault_without_emcy(drive):
-    drive.fault()
-
-
-def emcy_alone(drive):
-    drive.emergency(0x5000)
-
-
-def leaves_operation_enabled(drive):
-    drive.status = SWITCH_ON_DISABLED
-
-
-def loses_power(drive):
-    drive.power_off()
-
-
-def restarts(drive):
-    drive.reset()
-
-
-def is_set_pre_operational(drive):
-    drive.state = PRE_OPERATIONAL
-
-
-def is_set_stopped(drive):
-    drive.state = STOPPED
-
-
 CAUSES = {
-    fault_without_emcy: "reports a fault",
-    emcy_alone: "EMCY 5000h: device hardware",
-    leaves_operation_enabled: "has left operation enabled",
-    loses_power: "heartbeat lost",
-    restarts: "restarted",
-    is_set_pre_operational: "is pre-operational",
-    is_set_stopped: "",
+    "fault without EMCY": (lambda drive: drive.fault(), "reports a fault"),
+    "EMCY alone": (lambda drive: drive.emergency(0x5000), "EMCY 5000h: device hardware"),
+    "leaves operation enabled": (
+        lambda drive: setattr(drive, "status", SWITCH_ON_DISABLED),
+        "has left operation enabled",
+    ),
+    "loses power": (lambda drive: drive.power_off(), "heartbeat lost"),
+    "restarts": (lambda drive: drive.reset(), "restarted"),
+    "is set pre-operational": (lambda drive: setattr(drive, "state", PRE_OPERATIONAL), "is pre-operational"),
+    "is set stopped": (lambda drive: setattr(drive, "state", STOPPED), ""),
 }
 
 
-def driving(bench, driver_on, status=None, seconds=0.3):
-    """Return a robot that drives straight on."""
-    bus = bench(robot_devices(status))
-    driver = driver_on(two_trucks(), bus)
-    driver.configure()
-    driver.enable()
-    drive(driver, seconds)
-    return driver, bus
+@pytest.fixture
+def driving(enabled):
+    """Return what makes a robot that drives straight on, its status words in a TPDO as `devices` says."""
+    return lambda status=None, seconds=0.3: enabled(devices(status), seconds)
 
 
 def until_stopped(driver, bus, at_most=2.0):
@@ -78,11 +48,9 @@ def until_stopped(driver, bus, at_most=2.0):
 
 
 @pytest.mark.parametrize("status", [None, "first", "last"])
-@pytest.mark.parametrize(("happen", "words"), CAUSES.items(), ids=[cause.__name__ for cause in CAUSES])
-def test_both_trucks_are_commanded_to_stop_within_100_ms_and_told_why(
-    bench, driver_on, status, happen, words
-):
-    driver, bus = driving(bench, driver_on, status)
+@pytest.mark.parametrize(("happen", "words"), CAUSES.values(), ids=CAUSES)
+def test_both_trucks_are_commanded_to_stop_within_100_ms_and_told_why(driving, status, happen, words):
+    driver, bus = driving(status)
     happen(bus.nodes[OUT])
     stopped, after = until_stopped(driver, bus)
     assert after <= 0.1
@@ -96,23 +64,23 @@ def test_both_trucks_are_commanded_to_stop_within_100_ms_and_told_why(
 
 
 @pytest.mark.parametrize(
-    ("happen", "status", "emergency"),
-    [(leaves_operation_enabled, SWITCH_ON_DISABLED, None), (emcy_alone, None, 0x5000)],
+    ("cause", "status", "emergency"),
+    [("leaves operation enabled", SWITCH_ON_DISABLED, None), ("EMCY alone", None, 0x5000)],
 )
 def test_the_report_has_the_status_word_or_the_emergency_code_of_what_stopped_all(
-    bench, driver_on, happen, status, emergency
+    driving, cause, status, emergency
 ):
-    driver, bus = driving(bench, driver_on, "first")
+    driver, bus = driving("first")
     assert driver.report().troubles == ()
-    happen(bus.nodes[OUT])
+    CAUSES[cause][0](bus.nodes[OUT])
     until_stopped(driver, bus)
     trouble = driver.report().troubles[0]
     assert (trouble.status, trouble.emergency) == (status, emergency)
 
 
-def test_the_robot_of_the_report_turns_by_a_few_degrees_and_not_by_550(bench, driver_on):
+def test_the_robot_of_the_report_turns_by_a_few_degrees_and_not_by_550(driving):
     """A drive without a status word in any TPDO goes to fault: 6041h = 0008h, EMCY 5000h."""
-    driver, bus = driving(bench, driver_on)
+    driver, bus = driving()
     bus.nodes[OUT].fault(0x5000)
     left, right = bus.nodes[1].position, bus.nodes[2].position
     until_stopped(driver, bus)
@@ -121,16 +89,16 @@ def test_the_robot_of_the_report_turns_by_a_few_degrees_and_not_by_550(bench, dr
     assert abs(turned) < 0.05
 
 
-def test_a_wheel_that_is_commanded_and_stands_stops_all_half_a_second_after_its_last_count(bench, driver_on):
-    driver, bus = driving(bench, driver_on, "first")
+def test_a_wheel_that_is_commanded_and_stands_stops_all_half_a_second_after_its_last_count(driving):
+    driver, bus = driving("first")
     bus.nodes[OUT].is_blocked = True
     stopped, after = until_stopped(driver, bus)
     assert 0.5 <= after <= 0.6
     assert "a.left is commanded and stands" in str(stopped)
 
 
-def test_enable_is_all_that_it_takes_to_go_on_once_the_cause_has_gone(bench, driver_on):
-    driver, bus = driving(bench, driver_on)
+def test_enable_is_all_that_it_takes_to_go_on_once_the_cause_has_gone(driving):
+    driver, bus = driving()
     bus.nodes[OUT].fault(0x5000)
     until_stopped(driver, bus)
     assert bus.nodes[OUT].status == FAULT
@@ -140,16 +108,16 @@ def test_enable_is_all_that_it_takes_to_go_on_once_the_cause_has_gone(bench, dri
     assert bus.nodes[1].position - before == pytest.approx(SPEED / 6.2832 * 40000, rel=0.05)
 
 
-def test_a_robot_without_troubles_is_not_stopped(bench, driver_on):
+def test_a_robot_without_troubles_is_not_stopped(driving):
     for status in (None, "first", "last"):
-        driver, _ = driving(bench, driver_on, status, seconds=5.0)
+        driver, _ = driving(status, seconds=5.0)
         assert driver.drives.troubles == ()
         assert [event.what for event in driver.report().events] == []
 
 
 def until_standing(bench, driver_on, phase, period):
     """Return the time from an encoder's last breath to the last of four commands to stand [s]."""
-    bus, robot = bench(robot_devices()), two_trucks(period)
+    bus, robot = bench(devices()), two_trucks(period)
     driver = driver_on(robot, bus)
     driver.configure()
     driver.enable()
@@ -175,21 +143,18 @@ def test_both_trucks_stand_within_100_ms_of_the_last_answer_of_an_encoder(bench,
     assert until_standing(bench, driver_on, phase, period) <= 0.1
 
 
-def test_an_emergency_that_says_that_an_error_has_gone_stops_nothing(bench, driver_on):
-    driver, bus = driving(bench, driver_on)
+def test_an_emergency_that_says_that_an_error_has_gone_stops_nothing(driving):
+    driver, bus = driving()
     bus.nodes[OUT].emergency(0x0000)
     drive(driver, 0.5)
     assert driver.drives.troubles == ()
 
 
-def test_a_drive_that_does_not_take_a_short_heartbeat_is_still_watched_by_its_status_word(bench, driver_on):
-    bus = bench(robot_devices())
-    for node in range(17, 21):
-        bus.nodes[node].protect(0x1017)
-    driver = driver_on(two_trucks(), bus)
-    driver.configure()
-    driver.enable()
-    drive(driver, 1.0)
+def test_a_drive_that_does_not_take_a_short_heartbeat_is_still_watched_by_its_status_word(enabled):
+    nodes = devices()
+    for node in nodes[-4:]:
+        node.protect(0x1017)
+    driver, bus = enabled(nodes, seconds=1.0)
     bus.nodes[OUT].power_off()
     stopped, after = until_stopped(driver, bus)
     assert after <= 0.1 + 0.015
@@ -198,9 +163,9 @@ def test_a_drive_that_does_not_take_a_short_heartbeat_is_still_watched_by_its_st
 
 @pytest.mark.parametrize("status", [None, "first"])
 @pytest.mark.parametrize("is_heard", [True, False])
-def test_a_host_that_was_busy_for_a_fifth_of_a_second_stops_nothing(bench, driver_on, status, is_heard):
+def test_a_host_that_was_busy_for_a_fifth_of_a_second_stops_nothing(driving, status, is_heard):
     """What the nodes sent meanwhile waits in the adapter, or is lost there."""
-    driver, bus = driving(bench, driver_on, status)
+    driver, bus = driving(status)
     bus.sleep(0.19)
     if not is_heard:
         bus.forget()
