@@ -1,5 +1,6 @@
 """A bus on which fake devices answer inside `send`: nothing runs beside the test, nothing waits."""
 
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -13,10 +14,24 @@ import pytest
 from omnimate.driver.canopen.dictionary import standard_dictionary
 from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.canopen.sdo import Sdo
+from omnimate.driver.robot.configure import configure_node
 from omnimate.driver.robot.driver import Driver
 from omnimate.vehicle.parameters import Bus, Drive, Encoder, Linkage, Truck, VehicleParameters
 
 ABSENT, NO_SUB, READ_ONLY = 0x06020000, 0x06090011, 0x06010002
+SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, FAULT = 0x0240, 0x0221, 0x0223, 0x0227, 0x0208
+QUICK_STOP_ACTIVE, FAULT_REACTION = 0x0207, 0x020F
+# Control word by state, and the state that follows: CiA 402, transitions 2 to 8, 12, 15.
+TRANSITIONS = {
+    (SWITCH_ON_DISABLED, 0x06): READY,
+    (READY, 0x07): SWITCHED_ON,
+    (SWITCHED_ON, 0x0F): ENABLED,
+    (SWITCHED_ON, 0x06): READY,
+    (ENABLED, 0x06): READY,
+    (ENABLED, 0x07): SWITCHED_ON,
+    (FAULT, 0x80): SWITCH_ON_DISABLED,
+    (QUICK_STOP_ACTIVE, 0x00): SWITCH_ON_DISABLED,
+}
 
 
 def frame(can_id, data=b"", **kwargs):
@@ -141,15 +156,15 @@ def encoder_device(node):
     return device
 
 
-def drive_device(node):
-    """A CiA 402 drive in `switch on disabled`."""
+def drive_device(node, state=SWITCH_ON_DISABLED, ignored=()):
+    """A CiA 402 drive in a state, from which control words lead on that it does not ignore."""
     device = FakeDevice(node)
     device.put(0x1000, 0, 0x00020192, 4)
     device.put(0x1016, 1, 0, 4)
     device.put(0x1017, 0, 0, 2)
     for index, size in ((0x6007, 2), (0x6040, 2), (0x6041, 2), (0x6060, 1), (0x6061, 1), (0x60FF, 4)):
         device.put(index, 0, 0, size)
-    device.put(0x6041, 0, 0x0240, 2)
+    device.put(0x6041, 0, state, 2)
     add_pdos(device, 0x1400, 2, [0x200 + node, 0x300 + node], 255)
     add_pdos(device, 0x1800, 1, [0x180 + node], 255)
     device.put(0x1A00, 0, 1, 1)
@@ -157,9 +172,9 @@ def drive_device(node):
     device.refuse[0x6041, 0] = READ_ONLY
 
     def follow(index, _sub, value):
-        if index == 0x6040:
-            status = {0x06: 0x0221, 0x07: 0x0223, 0x0F: 0x0227, 0x80: 0x0240}.get(value)
-            device.objects[0x6041, 0][0] = status if status is not None else device.objects[0x6041, 0][0]
+        status = device.objects[0x6041, 0]
+        if index == 0x6040 and value not in ignored:
+            status[0] = TRANSITIONS.get((status[0], value), status[0])
         if index == 0x6060:
             device.objects[0x6061, 0][0] = value
 
@@ -309,24 +324,28 @@ def driver_and_bus(*drives, **options):
     return Driver(one_truck(drives=drives), bus, **({"clock": FakeClock()} | options)), bus
 
 
+def configured(*drives, **options):
+    """Return a driver as `driver_and_bus`, configured, and its bus."""
+    driver, bus = driver_and_bus(*drives, **options)
+    driver.configure()
+    return driver, bus
+
+
+def configure(device, vehicle=None, **left):
+    """Configure node 1, of which the encoder in the vehicle may differ; return the report and the bus."""
+    objects, network = sdo([device] if device else [])
+    return configure_node(objects, vehicle or one_truck(**left), network.nmt_command), network.can_bus
+
+
+def words(driver):
+    """Return node and words of each event."""
+    return [(event.node, event.what) for event in driver.report().events]
+
+
 @pytest.fixture
 def kit():
-    """Fakes to build with."""
-    return SimpleNamespace(
-        frame=frame,
-        encoder_device=encoder_device,
-        drive_device=drive_device,
-        wheel_encoder=wheel_encoder,
-        one_truck=one_truck,
-        two_trucks=two_trucks,
-        drive=drive,
-        add_pdos=add_pdos,
-        sdo=sdo,
-        driver_and_bus=driver_and_bus,
-        LocalDevice=LocalDevice,
-        Bus=FakeBus,
-        Clock=FakeClock,
-    )
+    """This module: fakes to build with."""
+    return sys.modules[__name__]
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ import pytest
 from omnimate.driver.bus.bus import open_bus
 from omnimate.driver.canopen.eds import load_eds
 from omnimate.driver.errors import BusLost, DriverError, NodeError
-from omnimate.driver.robot.configure import configure_node
 from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.passive import PassiveReader
 from omnimate.vehicle.parameters import Bus
@@ -18,11 +17,6 @@ from omnimate.vehicle.parameters import Bus
 GOLDEN = tomllib.loads(
     (Path(__file__).parents[1] / "data" / "driver" / "errors.toml").read_text(encoding="utf-8")
 )
-
-
-def configure(kit, device, vehicle=None, **left):
-    sdo, network = kit.sdo([device] if device else [])
-    configure_node(sdo, vehicle or kit.one_truck(**left), network.nmt_command)
 
 
 def falls_silent(kit):
@@ -83,31 +77,31 @@ def two_pdos(kit):
 
 
 SITUATIONS = {
-    "node_is_silent": lambda kit: configure(kit, None),
-    "node_falls_silent_while_it_is_configured": lambda kit: configure(kit, falls_silent(kit)),
-    "node_refuses_a_write_in_its_state": lambda kit: configure(kit, refuses_sync(kit, 0x08000022)),
-    "node_refuses_a_write_of_a_read_only_object": lambda kit: configure(kit, refuses_sync(kit, 0x06010002)),
+    "node_is_silent": lambda kit: kit.configure(None),
+    "node_falls_silent_while_it_is_configured": lambda kit: kit.configure(falls_silent(kit)),
+    "node_refuses_a_write_in_its_state": lambda kit: kit.configure(refuses_sync(kit, 0x08000022)),
+    "node_refuses_a_write_of_a_read_only_object": lambda kit: kit.configure(refuses_sync(kit, 0x06010002)),
     "node_refuses_a_read": lambda kit: enabled(
         kit, lambda device: device.refuse_read.update({(0x6041, 0): 0x08000000})
     ),
-    "node_confirms_a_value_and_keeps_another": lambda kit: configure(kit, keeps(kit, 3, (0x1800, 2), 1)),
-    "device_does_not_keep_a_cob_id": lambda kit: configure(
-        kit, keeps(kit, 0x2FF, (0x1801, 1), 4), cob_id=0x1A1
+    "node_confirms_a_value_and_keeps_another": lambda kit: kit.configure(keeps(kit, 3, (0x1800, 2), 1)),
+    "device_does_not_keep_a_cob_id": lambda kit: kit.configure(
+        keeps(kit, 0x2FF, (0x1801, 1), 4), cob_id=0x1A1
     ),
-    "device_has_another_profile": lambda kit: configure(
-        kit, has(kit.encoder_device(1), 0x1000, 0, 0x00020192)
+    "device_has_another_profile": lambda kit: kit.configure(
+        has(kit.encoder_device(1), 0x1000, 0, 0x00020192)
     ),
-    "device_has_another_vendor": lambda kit: configure(kit, kit.encoder_device(1), vendor=9),
-    "device_has_another_product": lambda kit: configure(kit, kit.encoder_device(1), product=9),
-    "device_has_no_serial_number": lambda kit: configure(
-        kit, without(kit.encoder_device(1), 0x1018), serial=77
+    "device_has_another_vendor": lambda kit: kit.configure(kit.encoder_device(1), vendor=9),
+    "device_has_another_product": lambda kit: kit.configure(kit.encoder_device(1), product=9),
+    "device_has_no_serial_number": lambda kit: kit.configure(
+        without(kit.encoder_device(1), 0x1018), serial=77
     ),
-    "mapping_is_refused": lambda kit: configure(
-        kit, refuses(kit.encoder_device(1), 0x1A00, 1, 0x60040020, code=0x06040041)
+    "mapping_is_refused": lambda kit: kit.configure(
+        refuses(kit.encoder_device(1), 0x1A00, 1, 0x60040020, code=0x06040041)
     ),
-    "mapping_has_a_gap_of_three_bits": lambda kit: configure(kit, kit.encoder_device(1), start_bit=3),
-    "device_has_too_few_tpdos": lambda kit: configure(
-        kit, without(kit.encoder_device(1), 0x1801), two_pdos(kit)
+    "mapping_has_a_gap_of_three_bits": lambda kit: kit.configure(kit.encoder_device(1), start_bit=3),
+    "device_has_too_few_tpdos": lambda kit: kit.configure(
+        without(kit.encoder_device(1), 0x1801), two_pdos(kit)
     ),
     "drive_has_no_rpdo": lambda kit: enabled(kit, lambda device: without(device, *range(0x1400, 0x1404))),
     "drive_stays_switch_on_disabled": lambda kit: enabled(
@@ -117,11 +111,11 @@ SITUATIONS = {
     "vehicle_has_no_drives": lambda kit: kit.driver_and_bus()[0].enable(),
     "command_has_a_speed_too_few": lambda kit: enabled(kit).command((1.0,)),
     "bus_would_be_full": lambda kit: Driver(
-        replace(kit.one_truck(), bus=Bus(10_000, 0.01)), kit.Bus(), clock=kit.Clock()
+        replace(kit.one_truck(), bus=Bus(10_000, 0.01)), kit.FakeBus(), clock=kit.FakeClock()
     ).configure(),
     "bus_interface_fails": lose_the_bus,
     "bus_has_no_sync": lambda kit: list(
-        PassiveReader(kit.one_truck(), kit.Bus()).samples(idle=0.0, patience=0.0)
+        PassiveReader(kit.one_truck(), kit.FakeBus()).samples(idle=0.0, patience=0.0)
     ),
     "bus_is_given_without_its_interface": lambda _kit: open_bus("can0"),
     "bus_interface_does_not_exist": lambda _kit: open_bus("socketcan://can99"),

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from omnimate.driver.errors import DrivesStopped, TwoDevices
+from tests.driver.conftest import words
 from tests.foreign.devices import ForeignEncoder
 from tests.foreign.robots import devices, drive, foreign_encoder, two_trucks
-from tests.foreign.test_restarts import cycles, rolling, words
+from tests.foreign.test_restarts import cycles, rolling
 
 
 def second_master(bus, period=0.02):

@@ -9,6 +9,7 @@ from omnimate.driver.robot import driver as module
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.odometry import Odometer
+from tests.driver.conftest import words
 from tests.foreign.devices import OPERATIONAL, STOPPED
 from tests.foreign.robots import devices, two_trucks
 
@@ -39,10 +40,6 @@ def reading(bench, driver_on, **options):
 
 def cycles(driver, seconds):
     return [driver.cycle() for _ in range(round(seconds / 0.015))]
-
-
-def words(driver):
-    return [(event.node, event.what) for event in driver.report().events]
 
 
 @pytest.mark.usefixtures("family")

@@ -27,7 +27,7 @@ def sink():
 
 @pytest.fixture
 def network(kit, sink):
-    return BusNetwork(kit.Bus([kit.encoder_device(1)]), kit.Clock(), sink)
+    return BusNetwork(kit.FakeBus([kit.encoder_device(1)]), kit.FakeClock(), sink)
 
 
 def test_frames_are_recorded_in_the_order_of_the_bus_with_their_direction(network, sink):
@@ -63,7 +63,7 @@ def test_a_frame_that_could_not_be_sent_is_not_recorded(network, sink):
 
 
 def test_after_the_bus_was_replaced_frames_go_to_the_new_one(kit, network):
-    old, new = network.can_bus, kit.Bus()
+    old, new = network.can_bus, kit.FakeBus()
     network.replace_bus(new)
     network.send_message(0x123, b"\x01")
     assert (len(old.sent), new.sent) == (0, [(0x123, b"\x01")])
@@ -76,7 +76,7 @@ def test_a_node_with_an_eds_is_read_with_the_sizes_of_its_eds(kit):
     dictionary.add_object(variable)
     device = kit.encoder_device(1)
     device.put(0x2000, 0, 0, 2)
-    network = BusNetwork(kit.Bus([device]), kit.Clock())
+    network = BusNetwork(kit.FakeBus([device]), kit.FakeClock())
     network.sdo(1, {1: dictionary}).put(0x2000, 0, 7)
     assert device.objects[0x2000, 0] == [7, 2]
     assert len([data for can_id, data in network.can_bus.sent if data[0] & 0xE0 == 0x20]) == 1

@@ -6,11 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.driver.errors import (
-    BusOverload,
-    WrongDevice,
-)
-from omnimate.driver.robot.configure import choose_range, configure_node, with_ranges
+from omnimate.driver.errors import BusOverload, WrongDevice
+from omnimate.driver.robot.configure import choose_range, with_ranges
 from omnimate.driver.robot.driver import Driver
 from omnimate.vehicle.parameters import Bus, Encoder
 
@@ -20,14 +17,8 @@ def device(kit):
     return kit.encoder_device(1)
 
 
-def configure(kit, device, vehicle=None, **left):
-    """Configure node 1, of which the encoder in the vehicle may differ; return the report and the bus."""
-    sdo, network = kit.sdo([device])
-    return configure_node(sdo, vehicle or kit.one_truck(**left), network.nmt_command), network.can_bus
-
-
 def test_a_factory_fresh_encoder_answers_sync_afterwards(kit, device):
-    report, bus = configure(kit, device)
+    report, bus = kit.configure(device)
     assert device.objects[0x1800, 1][0] == 0x40000181
     assert device.objects[0x1800, 2][0] == 1
     assert device.objects[0x1A00, 0][0] == 1
@@ -40,7 +31,7 @@ def test_a_factory_fresh_encoder_answers_sync_afterwards(kit, device):
 
 
 def test_a_pdo_is_mapped_in_the_order_of_cia_301_and_keeps_bit_30(kit, device):
-    configure(kit, device)
+    kit.configure(device)
     mapping = [write for write in device.writes if write[0] in {0x1800, 0x1A00}]
     assert mapping == [
         (0x1800, 1, 0xC0000181),
@@ -54,14 +45,14 @@ def test_a_pdo_is_mapped_in_the_order_of_cia_301_and_keeps_bit_30(kit, device):
 def test_inhibit_time_and_event_timer_are_cleared(kit, device):
     device.objects[0x1800, 3][0] = 100
     device.objects[0x1800, 5][0] = 50
-    configure(kit, device)
+    kit.configure(device)
     assert device.objects[0x1800, 3][0] == device.objects[0x1800, 5][0] == 0
 
 
 def test_a_device_that_is_right_already_is_left_alone(kit, device):
-    configure(kit, device)
+    kit.configure(device)
     device.writes.clear()
-    report, bus = configure(kit, device)
+    report, bus = kit.configure(device)
     assert device.writes == []
     assert report.changed == []
     assert not [data for can_id, data in bus.sent if can_id == 0]
@@ -69,13 +60,13 @@ def test_a_device_that_is_right_already_is_left_alone(kit, device):
 
 def test_a_tpdo_that_only_fills_the_bus_is_switched_off(kit, device):
     device.objects[0x1801, 1][0] = 0x281
-    report, _ = configure(kit, device)
+    report, _ = kit.configure(device)
     assert device.objects[0x1801, 1][0] == 0x80000281
     assert "TPDO2 281h switched off" in report.changed
 
 
 def test_tpdo2_is_used_where_no_tpdo_has_the_cob_id(kit, device):
-    configure(kit, device, cob_id=0x1A1)
+    kit.configure(device, cob_id=0x1A1)
     assert device.objects[0x1801, 1][0] & 0x800007FF == 0x1A1
     assert device.objects[0x1800, 1][0] >> 31
 
@@ -83,27 +74,27 @@ def test_tpdo2_is_used_where_no_tpdo_has_the_cob_id(kit, device):
 @pytest.mark.parametrize("key", ["vendor", "product", "serial"])
 def test_another_identity_is_refused_before_anything_is_written(kit, device, key):
     with pytest.raises(WrongDevice, match=key) as caught:
-        configure(kit, device, **{key: 9})
+        kit.configure(device, **{key: 9})
     assert caught.value.key == key
     assert device.writes == []
 
 
 def test_a_device_without_a_profile_is_taken_with_a_remark(kit, device):
     device.objects[0x1000, 0][0] = 0
-    report, _ = configure(kit, device)
+    report, _ = kit.configure(device)
     assert any("1000h states profile 0" in remark for remark in report.remarks)
 
 
 def test_650bh_stands_in_for_a_missing_serial_number(kit, device):
     del device.objects[0x1018, 4]
     device.put(0x650B, 0, 77, 4)
-    report, _ = configure(kit, device, serial=77)
+    report, _ = kit.configure(device, serial=77)
     assert any("650Bh" in remark for remark in report.remarks)
 
 
 def test_a_device_that_produces_sync_itself_is_silenced(kit, device):
     device.objects[0x1005, 0][0] = 0x40000080
-    report, _ = configure(kit, device)
+    report, _ = kit.configure(device)
     assert device.objects[0x1005, 0][0] == 0x80
     assert any("1005h" in change for change in report.changed)
 
@@ -118,26 +109,26 @@ def two_on_one(kit, **changes):
 
 
 def test_two_channels_of_one_encoder_are_6020h_in_order(kit, device):
-    report, _ = configure(kit, device, two_on_one(kit))
+    report, _ = kit.configure(device, two_on_one(kit))
     assert [device.objects[0x1A00, n][0] for n in (0, 1, 2)] == [2, 0x60200120, 0x60200220]
     assert report.lengths == {0x181: 8}
 
 
 def test_two_axes_of_one_drive_are_6064h_and_6864h(kit):
     device = kit.drive_device(1)
-    configure(kit, device, two_on_one(kit, profile="cia402"))
+    kit.configure(device, two_on_one(kit, profile="cia402"))
     assert [device.objects[0x1A00, n][0] for n in (0, 1, 2)] == [2, 0x60640020, 0x68640020]
 
 
 def test_a_gap_is_filled_with_the_status_word(kit, device):
-    report, _ = configure(kit, device, start_bit=24)
+    report, _ = kit.configure(device, start_bit=24)
     assert [device.objects[0x1A00, n][0] for n in range(4)] == [3, 0x65000010, 0x10010008, 0x60040020]
     assert report.lengths == {0x181: 7}
 
 
 def test_a_gap_is_filled_with_a_dummy_where_the_status_cannot_be_mapped(kit, device):
     device.refuse[0x1A00, 1, 0x65000010] = 0x06040041
-    configure(kit, device, start_bit=16)
+    kit.configure(device, start_bit=16)
     assert [device.objects[0x1A00, n][0] for n in range(3)] == [2, 0x00060010, 0x60040020]
 
 
@@ -160,17 +151,17 @@ def test_the_wrap_range_is_chosen_per_node_and_stated(kit, device, reported, sta
     else:
         device.objects[0x6002, 0][0] = reported
     vehicle = kit.one_truck(range=stated)
-    report, _ = configure(kit, device, vehicle)
+    report, _ = kit.configure(device, vehicle)
     assert report.ranges == {"a.left": chosen}
     assert any(words in remark for remark in report.remarks)
     assert with_ranges(vehicle, [report]).encoder("a.left").wrap_range == chosen
 
 
 def test_an_overload_is_refused_before_anything_is_sent(kit):
-    bus = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)])
+    bus = kit.FakeBus([kit.encoder_device(1), kit.encoder_device(2)])
     vehicle = replace(kit.one_truck(), bus=Bus(10_000, 0.01))
     with pytest.raises(BusOverload):
-        Driver(vehicle, bus, clock=kit.Clock()).configure()
+        Driver(vehicle, bus, clock=kit.FakeClock()).configure()
     assert bus.sent == []
 
 

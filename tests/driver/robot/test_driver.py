@@ -1,25 +1,15 @@
 import sys
 
-import can
 import pytest
 
 from omnimate.driver.errors import BusError
 from omnimate.driver.robot import driver as module
 from omnimate.driver.robot.driver import Driver, open_driver
-
-
-def start(kit, **options):
-    driver, bus = kit.driver_and_bus(**options)
-    driver.configure()
-    return driver, bus
-
-
-def words(driver):
-    return [(event.node, event.what) for event in driver.report().events]
+from tests.driver.conftest import words
 
 
 def test_configured_nodes_answer_each_sync_with_a_sample(kit):
-    driver, bus = start(kit)
+    driver, bus = kit.configured()
     for count in (10, 20):
         for device in bus.devices.values():
             device.position = count
@@ -33,13 +23,13 @@ def test_configured_nodes_answer_each_sync_with_a_sample(kit):
 
 
 def test_samples_yields_one_per_sync(kit):
-    driver, _ = start(kit)
+    driver, _ = kit.configured()
     samples = driver.samples()
     assert [next(samples).index for _ in range(3)] == [0, 1, 2]
 
 
 def test_a_muted_node_is_missing_and_said_to_be_silent(kit):
-    driver, bus = start(kit)
+    driver, bus = kit.configured()
     driver.cycle()
     bus.devices[1].mute = True
     for _ in range(5):
@@ -50,69 +40,14 @@ def test_a_muted_node_is_missing_and_said_to_be_silent(kit):
     assert [(gap.channel, gap.reason) for gap in report.gaps] == [("a.left", "missing")]
 
 
-def test_frames_left_from_before_a_sync_are_late(kit):
-    driver, bus = start(kit)
-    driver.cycle()
-    bus.devices[1].deaf_to_sync = True
-    driver.cycle()
-    bus.queue.append(kit.frame(0x181, b"\x63\0\0\0"))
-    bus.devices[1].deaf_to_sync = False
-    sample = driver.cycle()
-    assert sample.counts == (0, 0)
-    assert sample.present == (True, True)
-    assert driver.report().node(1).late == 1
-
-
-def test_a_late_answer_behind_the_next_sync_is_not_used(kit):
-    driver, bus = start(kit)
-    driver.cycle()
-    late = []
-
-    def delay(message, answers):
-        if message.arbitration_id != 0x080:
-            return answers
-        held, late[:] = list(late), [answer for answer in answers if answer.arbitration_id == 0x181]
-        return held + [answer for answer in answers if answer.arbitration_id != 0x181]
-
-    bus.devices[1].position = 7
-    bus.change = delay
-    assert driver.cycle().present == (False, True)
-    bus.change = lambda _message, answers: [*late, *answers]
-    bus.devices[1].position = 9
-    sample = driver.cycle()
-    assert sample.counts == (9, 0)
-    assert driver.report().node(1).late == 1
-
-
 def test_answers_that_wait_in_the_queue_count_even_if_the_host_was_slow(kit):
-    driver, _ = start(kit)
+    driver, _ = kit.configured()
     driver._clock.remaining = lambda: -1.0
     assert driver.cycle().present == (True, True)
 
 
-def test_wrong_lengths_and_unknown_frames_are_counted_per_node(kit):
-    driver, bus = start(kit)
-    driver.cycle()
-    bus.queue += [
-        kit.frame(0x181, b"\x01"),
-        kit.frame(0x381, b"\x01"),
-        kit.frame(0x701, b""),
-        kit.frame(0x081, b"\x01"),
-        kit.frame(0x581, b"\x01"),
-        kit.frame(0x3FF, b"\x01"),
-        can.Message(arbitration_id=0x18FF1234, data=b"\x01"),
-        can.Message(is_error_frame=True),
-        kit.frame(0x181, is_remote_frame=True),
-    ]
-    driver.cycle()
-    node = driver.report().node(1)
-    assert (node.wrong_length, node.unknown) == (4, 2)
-    kinds = {key: count for key, _, count in driver.report().unknown_frames}
-    assert kinds == {"381h": 1, "3FFh": 1, "18FF1234h": 1, "error frame": 1, "181h remote": 1}
-
-
 def test_a_babbling_node_is_named_and_does_not_hold_the_samples_up(kit):
-    driver, bus = start(kit)
+    driver, bus = kit.configured()
     noise = [kit.frame(0x381, b"\xff" * 8)] * 20
     bus.change = lambda message, answers: noise + answers if message.arbitration_id == 0x80 else answers
     for _ in range(200):
@@ -122,18 +57,9 @@ def test_a_babbling_node_is_named_and_does_not_hold_the_samples_up(kit):
     assert (1, "babbles: floods the bus with frames 381h") in words(driver)
 
 
-def test_a_node_that_repeats_its_pdo_babbles(kit):
-    driver, bus = start(kit)
-    bus.change = lambda message, answers: answers * 10 if message.arbitration_id == 0x80 else answers
-    for _ in range(200):
-        assert driver.cycle().present == (True, True)
-    assert driver.report().node(1).duplicate == 199 * 9
-    assert (1, "babbles: floods the bus with PDOs that no SYNC asked for") in words(driver)
-
-
 def test_an_endless_queue_does_not_stop_sync(kit, monkeypatch):
     monkeypatch.setattr(module, "MAX_DRAIN", 50)
-    driver, bus = start(kit)
+    driver, bus = kit.configured()
 
     class Endless(list):
         def popleft(self):
@@ -163,7 +89,7 @@ def threads_take_turns():
 @pytest.mark.parametrize("inline", [True, False])
 def test_a_rebooted_node_is_configured_again_and_its_wheel_goes_on(kit, inline):
     """In both clocks: held between two SYNCs, or in a thread that the driver's own reading feeds."""
-    driver, bus = start(kit, clock=kit.Clock(inline=inline))
+    driver, bus = kit.configured(clock=kit.FakeClock(inline=inline))
     for device in bus.devices.values():
         device.position = 5000
     driver.cycle()
@@ -185,7 +111,7 @@ def test_a_rebooted_node_is_configured_again_and_its_wheel_goes_on(kit, inline):
 
 @pytest.mark.usefixtures("_impatient")
 def test_sync_goes_on_while_a_node_is_configured_in_the_background(kit):
-    driver, bus = start(kit, clock=kit.Clock(inline=False))
+    driver, bus = kit.configured(clock=kit.FakeClock(inline=False))
     driver.cycle()
     reboot(bus, 1)
     bus.devices[1].mute = True
@@ -196,7 +122,7 @@ def test_sync_goes_on_while_a_node_is_configured_in_the_background(kit):
 
 @pytest.mark.usefixtures("_impatient")
 def test_a_node_that_cannot_be_configured_is_tried_again_with_pauses(kit):
-    driver, bus = start(kit)
+    driver, bus = kit.configured()
     driver.cycle()
     reboot(bus, 1)
     bus.devices[1].mute = True
@@ -212,7 +138,7 @@ def test_a_node_that_cannot_be_configured_is_tried_again_with_pauses(kit):
 
 
 def test_two_heartbeats_that_are_not_operational_mean_a_lost_configuration(kit):
-    driver, bus = start(kit)
+    driver, bus = kit.configured()
     driver.cycle()
     bus.devices[1].state = 0x7F
     bus.queue.append(kit.frame(0x701, b"\x7f"))
@@ -235,7 +161,7 @@ def test_a_preset_during_the_drive_is_reported(kit):
 
 
 def test_a_sync_that_fails_once_is_sent_again_and_reported(kit):
-    driver, bus = start(kit)
+    driver, bus = kit.configured()
     bus.failing_sends = 1
     sample = driver.cycle()
     assert sample.present == (True, True)
@@ -256,15 +182,15 @@ class Opener:
 
 
 def test_a_lost_bus_is_opened_again_with_longer_pauses(kit, monkeypatch):
-    clock = kit.Clock()
+    clock = kit.FakeClock()
     devices = [kit.encoder_device(1), kit.encoder_device(2)]
-    opener = Opener(kit.Bus(devices))
+    opener = Opener(kit.FakeBus(devices))
     monkeypatch.setattr(module, "open_bus", opener)
     with Driver(kit.one_truck(), "virtual://fake", clock=clock) as driver:
         driver.configure()
         driver.cycle()
         opener.bus.is_dead = True
-        opener.bus, opener.failures = kit.Bus(devices), 3
+        opener.bus, opener.failures = kit.FakeBus(devices), 3
         sample = driver.cycle()
         assert clock.slept == [0.1, 0.2, 0.4, 0.8]
         for _ in range(3):
@@ -276,7 +202,7 @@ def test_a_lost_bus_is_opened_again_with_longer_pauses(kit, monkeypatch):
 
 @pytest.mark.parametrize(("seconds", "waited"), [(2.0, 2.0), (None, 5.0), (20.0, 5.0)])
 def test_a_lost_bus_is_not_waited_for_beyond_the_end(kit, monkeypatch, seconds, waited):
-    clock, opener = kit.Clock(), Opener(kit.Bus([kit.encoder_device(1), kit.encoder_device(2)]))
+    clock, opener = kit.FakeClock(), Opener(kit.FakeBus([kit.encoder_device(1), kit.encoder_device(2)]))
     monkeypatch.setattr(module, "open_bus", opener)
     driver = Driver(kit.one_truck(), "virtual://fake", clock=clock, patience=5.0)
     driver.configure()
@@ -289,7 +215,7 @@ def test_a_lost_bus_is_not_waited_for_beyond_the_end(kit, monkeypatch, seconds, 
 
 
 def test_a_frozen_wheel_is_remarked_when_the_other_one_turns(kit):
-    driver, bus = start(kit)
+    driver, bus = kit.configured()
     for step in range(200):
         bus.devices[2].position = 100 * step
         driver.cycle()
@@ -320,7 +246,7 @@ def test_reading_only_never_writes_a_control_word(kit):
 @pytest.fixture
 def closings(kit, monkeypatch):
     """How often the bus that a URL opens was closed."""
-    bus, closed = kit.Bus([kit.encoder_device(1), kit.encoder_device(2)]), []
+    bus, closed = kit.FakeBus([kit.encoder_device(1), kit.encoder_device(2)]), []
     monkeypatch.setattr(bus, "shutdown", lambda: closed.append(True))
     monkeypatch.setattr(module, "open_bus", Opener(bus))
     return closed

@@ -7,6 +7,7 @@ from omnimate.driver.robot import driver as module
 from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.drives import MAX_TROUBLES, target_velocity
 from omnimate.driver.robot.events import Trouble
+from tests.driver.conftest import words
 
 COUNTS = 40000 / (2 * math.pi)
 HEARTBEAT = (0x77F, b"\x05")
@@ -14,16 +15,10 @@ QUICK_STOP = (0x6040, 0, 0x02)
 EMERGENCY = b"\x10\x81\x11\0\0\0\0\0"
 
 
-def robot_of(kit, *drives, **options):
-    driver, bus = kit.driver_and_bus(*drives, **options)
-    driver.configure()
-    return driver, bus
-
-
 @pytest.fixture
 def robot(kit):
     """A truck of which the right drive is mounted the other way round."""
-    return robot_of(kit, kit.drive("a.left", 17), kit.drive("a.right", 18, sign=-1))
+    return kit.configured(kit.drive("a.left", 17), kit.drive("a.right", 18, sign=-1))
 
 
 @pytest.fixture
@@ -42,10 +37,6 @@ def sends_at_writes(bus, node, indices, frame):
         on_write(index, sub, value)
 
     bus.devices[node].on_write = write
-
-
-def words(driver):
-    return [(event.node, event.what) for event in driver.report().events]
 
 
 def targets(bus, cob_id):
@@ -95,14 +86,14 @@ def test_our_heartbeat_begins_before_any_drive_is_configured_and_goes_on_with_ea
 
 
 def test_our_heartbeat_has_the_highest_id_that_no_node_has(kit):
-    driver, bus = robot_of(kit, kit.drive("a.left", 127), kit.drive("a.right", 18))
+    driver, bus = kit.configured(kit.drive("a.left", 127), kit.drive("a.right", 18))
     driver.enable()
     assert (0x77E, b"\x05") in bus.sent
 
 
 def test_a_control_word_in_the_pdo_gives_torque_only_while_the_drives_are_enabled(kit):
     left, right = kit.drive("a.left", 17, start_bit=16), kit.drive("a.right", 18, start_bit=16)
-    driver, bus = robot_of(kit, left, right)
+    driver, bus = kit.configured(left, right)
     driver.enable()
     driver.command((1.0, 1.0))
     controls = [data[0] for can_id, data in bus.sent if can_id == 0x211]
@@ -143,13 +134,6 @@ def test_an_answer_that_is_lost_right_after_enable_stops_nothing(enabled):
     bus.queue.clear()
     driver.cycle()
     assert driver.command((1.0, 1.0)) == (1.0, 1.0)
-
-
-def test_a_fault_is_reset_first(robot):
-    driver, bus = robot
-    bus.devices[17].objects[0x6041, 0][0] = 0x0218
-    driver.enable()
-    assert next(value for index, _, value in bus.devices[17].writes if index == 0x6040) == 0x80
 
 
 def test_a_drive_that_stays_in_a_state_is_an_error_with_its_status(robot):
@@ -259,7 +243,7 @@ def test_without_a_commander_the_wheels_stop_after_200_ms(enabled):
 
 
 def test_watchdog_refresh_and_heartbeat_are_due_at_their_times(kit):
-    driver, bus = robot_of(kit, kit.drive("a.left", 17), kit.drive("a.right", 18), watchdog=0.25)
+    driver, bus = kit.configured(kit.drive("a.left", 17), kit.drive("a.right", 18), watchdog=0.25)
     driver._clock.now = lambda: driver._clock.time
     driver._clock.time = 0.0
     faults = []
@@ -407,9 +391,9 @@ def test_a_bus_that_was_lost_leaves_the_drives_disabled(kit, monkeypatch):
     """They have missed our heartbeat and stopped by themselves; only `enable` starts them again."""
     drives = (kit.drive("a.left", 17), kit.drive("a.right", 18))
     devices = [kit.encoder_device(1), kit.encoder_device(2), kit.drive_device(17), kit.drive_device(18)]
-    buses = [kit.Bus(devices), kit.Bus(devices)]
+    buses = [kit.FakeBus(devices), kit.FakeBus(devices)]
     monkeypatch.setattr(module, "open_bus", lambda *_arguments: buses[0])
-    with Driver(kit.one_truck(drives=drives), "virtual://fake", clock=kit.Clock()) as driver:
+    with Driver(kit.one_truck(drives=drives), "virtual://fake", clock=kit.FakeClock()) as driver:
         driver.configure()
         driver.enable()
         driver.cycle()
@@ -422,7 +406,7 @@ def test_a_bus_that_was_lost_leaves_the_drives_disabled(kit, monkeypatch):
 
 
 def test_a_vehicle_without_drives_cannot_be_enabled(kit):
-    driver = Driver(kit.one_truck(), kit.Bus(), clock=kit.Clock())
+    driver = Driver(kit.one_truck(), kit.FakeBus(), clock=kit.FakeClock())
     with pytest.raises(NotEnabled, match="no \\[\\[drive\\]\\]"):
         driver.enable()
 

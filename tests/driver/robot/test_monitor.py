@@ -11,7 +11,7 @@ from omnimate.driver.robot.status_words import StatusSource
 
 @pytest.fixture
 def monitor(kit):
-    return Monitor(kit.one_truck(), kit.Clock())
+    return Monitor(kit.one_truck(), kit.FakeClock())
 
 
 def unknown_count(monitor):
@@ -73,7 +73,7 @@ def test_what_another_master_may_send_is_not_unknown(kit, monitor):
 
 def test_a_drive_that_floods_the_bus_with_its_status_word_is_reported(kit):
     drives = (kit.drive("a.left", 17), kit.drive("a.right", 18))
-    monitor = Monitor(kit.one_truck(drives=drives), kit.Clock())
+    monitor = Monitor(kit.one_truck(drives=drives), kit.FakeClock())
     monitor.status_words.expect(StatusSource(17, ((0x191, 0),), is_timely=True))
     for number in range(100):
         monitor.synced(0.01 * number)
@@ -100,7 +100,7 @@ messages = st.builds(
 
 @given(st.lists(messages, max_size=100))
 def test_each_frame_is_counted_in_one_place_whatever_comes(kit, arriving):
-    monitor, sdo_answers = Monitor(kit.one_truck(), kit.Clock()), []
+    monitor, sdo_answers = Monitor(kit.one_truck(), kit.FakeClock()), []
     monitor.on_sdo = lambda *_answer: sdo_answers.append(1)
     monitor.assembler.begin(0, 0.0)
     for message in arriving:

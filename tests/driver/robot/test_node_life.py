@@ -20,8 +20,8 @@ class Nodes(RuleBasedStateMachine):
 
     @initialize()
     def begin(self):
-        self.bus = self.kit.Bus([self.kit.encoder_device(node) for node in NODES])
-        self.driver = Driver(self.kit.one_truck(), self.bus, clock=self.kit.Clock())
+        self.bus = self.kit.FakeBus([self.kit.encoder_device(node) for node in NODES])
+        self.driver = Driver(self.kit.one_truck(), self.bus, clock=self.kit.FakeClock())
         self.driver.configure()
         self.emergencies = dict.fromkeys(NODES, 0)
         self.cycle()

@@ -28,7 +28,7 @@ def replay(kit, monkeypatch):
     monkeypatch.setattr(module, "time", host)
 
     def put(frames):
-        bus = kit.Bus()
+        bus = kit.FakeBus()
         bus.queue.extend(frames)
         host.buses.append(bus)
         return bus
@@ -107,7 +107,7 @@ def test_a_bus_that_falls_silent_is_waited_for_until_the_end_at_most(kit, replay
 
 
 def test_what_comes_before_anything_of_the_robot_is_counted_at_once_and_not_kept(kit, monkeypatch):
-    bus = kit.Bus()
+    bus = kit.FakeBus()
     bus.queue.extend([kit.frame(0x3FF)] * 1000)
 
     def recv(timeout=None):
@@ -123,7 +123,7 @@ def test_what_comes_before_anything_of_the_robot_is_counted_at_once_and_not_kept
 
 
 def test_a_bus_that_fails_is_an_error(kit):
-    bus = kit.Bus()
+    bus = kit.FakeBus()
     bus.is_dead = True
     with pytest.raises(BusError, match="interface is down"):
         list(PassiveReader(kit.one_truck(), bus).samples(idle=1.0))

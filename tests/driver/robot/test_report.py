@@ -16,7 +16,7 @@ def vehicle(kit):
 
 @pytest.fixture
 def monitor(kit, vehicle):
-    return Monitor(vehicle, kit.Clock())
+    return Monitor(vehicle, kit.FakeClock())
 
 
 def test_before_anything_happens_the_report_is_clean_and_has_every_node(vehicle, monitor):
