@@ -17,6 +17,7 @@ from omnimate.driver.canopen.sdo import Sdo
 from omnimate.driver.robot.configure import configure_node
 from omnimate.driver.robot.driver import Driver
 from omnimate.vehicle.parameters import Bus, Drive, Encoder, Linkage, Truck, VehicleParameters
+from tests.foreign.devices import ForeignNetwork
 
 ABSENT, NO_SUB, READ_ONLY = 0x06020000, 0x06090011, 0x06010002
 SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, FAULT = 0x0240, 0x0221, 0x0223, 0x0227, 0x0208
@@ -255,34 +256,19 @@ def sdo(devices, node=1):
     return network.sdo(node), network
 
 
-class CaptureNetwork(canopen.Network):
-    """A network without a bus: what its nodes send is kept."""
-
-    def __init__(self):
-        super().__init__()
-        self.sent = []
-
-    def send_message(self, can_id, data, remote=False):
-        self.sent.append(frame(can_id, data, is_remote_frame=remote))
-
-    def send_periodic(self, can_id, data, period, remote=False):
-        """Start no heartbeat: time stands still here."""
-        return SimpleNamespace(stop=lambda: None, update=lambda _data: None)
-
-
 class LocalDevice:
     """canopen's own SDO server, so that the driver is not only tested against this file's."""
 
-    def __init__(self, node, dictionary=None):
-        self.node = node
-        self.network = CaptureNetwork()
-        self.local = canopen.LocalNode(node, dictionary or standard_dictionary())
+    def __init__(self, node):
+        self.node, self.sent = node, []
+        self.network = ForeignNetwork(SimpleNamespace(send=self.sent.append))
+        self.local = canopen.LocalNode(node, standard_dictionary())
         self.local.associate_network(self.network)
 
     def handle(self, message):
-        self.network.sent.clear()
+        self.sent.clear()
         self.network.notify(message.arbitration_id, bytearray(message.data), 0.0)
-        return [*self.network.sent]
+        return [*self.sent]
 
 
 def wheel_encoder(channel, node, **changes):

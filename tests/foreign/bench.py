@@ -7,6 +7,7 @@ exactly.
 from __future__ import annotations
 
 from collections import deque
+from types import SimpleNamespace
 
 import can
 
@@ -22,16 +23,6 @@ class BenchClock(WallClock):
     inline = True
 
 
-class _FarEnd:
-    """What the devices send on: the driver's end has it at once."""
-
-    def __init__(self):
-        self.sent = deque()
-
-    def send(self, message):
-        self.sent.append(message)
-
-
 class Bench(can.BusABC):
     """The driver's end of a bus, with the devices at the other end and the time of both.
 
@@ -45,7 +36,8 @@ class Bench(can.BusABC):
     def __init__(self, nodes):
         self.now = 1000.0
         self.sent, self.heard, self._coming = [], [], []
-        self.far = _FarEnd()
+        sent = deque()
+        self.far = SimpleNamespace(sent=sent, send=sent.append)  # what the devices send is here at once
         self.network = ForeignNetwork(self.far)
         self._networks = [self.network]
         self.nodes = {node.id: node for node in nodes}

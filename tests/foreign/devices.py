@@ -7,6 +7,7 @@ states with boot-up, PDOs by their mapping, heartbeats, and the state machine of
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import canopen
 from canopen.objectdictionary import (
@@ -48,15 +49,8 @@ class ForeignNetwork(canopen.Network):
             hear(can_id, data, timestamp)
 
     def send_periodic(self, can_id, data, period, remote=False):
-        return _NoTask()
-
-
-class _NoTask:
-    def stop(self):
         """Do nothing: the node counts its heartbeats itself."""
-
-    def update(self, data):
-        """Do nothing: the node counts its heartbeats itself."""
+        return SimpleNamespace(stop=lambda: None, update=lambda _data: None)
 
 
 class ForeignNode(canopen.LocalNode):

@@ -12,7 +12,7 @@ from omnimate.driver.canopen.dcf import differences, load_descriptions, stated_v
 from omnimate.driver.canopen.eds import load_eds
 from omnimate.driver.canopen.network import BusNetwork
 from omnimate.driver.errors import EdsError
-from tests.foreign.devices import DescribedNode
+from tests.foreign.devices import DescribedNode, ForeignEncoder
 from tests.foreign.robots import devices, two_trucks
 from tests.samples import OUR_EDS, VENDORS_EDS, cases
 
@@ -140,17 +140,20 @@ def test_the_counter_of_sync_is_written_while_the_period_is_0(bench, tmp_path):
     assert (node.number(0x1006), node.number(0x1019)) == (15000, 10)
 
 
+def robot_with(**changes):
+    """Return the robot without drives whose first encoder has these changes."""
+    robot = two_trucks()
+    first = replace(robot.encoders[0], **changes)
+    return replace(robot, encoders=(first, *robot.encoders[1:]), drives=())
+
+
 @pytest.fixture
 def configured(bench, driver_on, tmp_path):
     """Return what configures a robot whose first encoder has a DCF, and gives that node's remarks."""
 
     def configure(path, more=(), **changes):
-        robot = two_trucks()
-        first = replace(robot.encoders[0], eds=str(path), **changes)
-        robot = replace(robot, encoders=(first, *robot.encoders[1:]), drives=())
-        nodes = devices()[:7]
-        if more:
-            nodes[0] = type(nodes[0])(1, more=more)
+        robot = robot_with(eds=str(path), **changes)
+        nodes = [ForeignEncoder(1, more=more), *devices()[1:7]]
         driver = driver_on(robot, bench(nodes), descriptions=load_descriptions(robot))
         return driver.configure().nodes[0].remarks
 
@@ -178,23 +181,17 @@ def test_an_object_that_the_description_does_not_have_is_told(configured, tmp_pa
 
 
 def test_a_position_of_a_vendor_is_mapped_and_read(bench, driver_on):
-    robot = two_trucks()
-    first = replace(robot.encoders[0], object="2041h:2")
-    robot = replace(robot, encoders=(first, *robot.encoders[1:]), drives=())
-    nodes = devices()[:7]
     objects = [(0x2041, sub, canopen.objectdictionary.UNSIGNED32, "ro", 40 * sub) for sub in (1, 2)]
-    nodes[0] = type(nodes[0])(1, more=objects)
-    driver = driver_on(robot, bench(nodes))
+    encoder = ForeignEncoder(1, more=objects)
+    driver = driver_on(robot_with(object="2041h:2"), bench([encoder, *devices()[1:7]]))
     driver.configure()
-    assert nodes[0].number(0x1A00, 1) == 0x20410220
+    assert encoder.number(0x1A00, 1) == 0x20410220
     assert driver.cycle().counts[0] == 80
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
-    robot = two_trucks()
-    first = replace(robot.encoders[0], eds=str(tmp_path / "gone.eds"))
     with pytest.raises(EdsError, match=r"gone\.eds: cannot be read"):
-        load_descriptions(replace(robot, encoders=(first, *robot.encoders[1:])))
+        load_descriptions(robot_with(eds=str(tmp_path / "gone.eds")))
 
 
 @pytest.mark.parametrize("path", cases(*(path for path in (ENCODER, *VENDORS_EDS) if path.suffix == ".eds")))
