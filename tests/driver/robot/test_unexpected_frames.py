@@ -72,17 +72,18 @@ def drive(counts, can_id, per_sync, syncs=100, period=0.01):
     return [(event.node, event.what) for event in events.all()]
 
 
-@pytest.mark.parametrize("per_sync", [0, 1, BABBLING_FACTOR - 1])
-def test_up_to_the_limit_no_node_is_reported(counts, per_sync):
-    assert drive(counts, 0x701, per_sync) == []
-
-
-def test_above_the_limit_the_node_is_named_with_its_identifier(counts):
-    assert drive(counts, 0x701, 2 * BABBLING_FACTOR) == [(1, "babbles: floods the bus with frames 701h")]
-
-
-def test_an_identifier_of_no_node_of_the_vehicle_concerns_the_bus(counts):
-    assert drive(counts, 0x3FF, 2 * BABBLING_FACTOR) == [(None, "babbles: floods the bus with frames 3FFh")]
+@pytest.mark.parametrize(
+    ("can_id", "per_sync", "syncs", "nodes"),
+    [
+        *((0x701, per_sync, 100, []) for per_sync in (0, 1, BABBLING_FACTOR - 1)),
+        (0x701, 2 * BABBLING_FACTOR, 100, [1]),
+        (0x3FF, 2 * BABBLING_FACTOR, 100, [None]),  # of no node of the vehicle: it concerns the bus
+        (0x701, 25, 1, []),  # the talk of a bus that starts up
+    ],
+)
+def test_above_the_limit_the_node_is_named_with_its_identifier(counts, can_id, per_sync, syncs, nodes):
+    what = f"babbles: floods the bus with frames {can_id:03X}h"
+    assert drive(counts, can_id, per_sync, syncs) == [(node, what) for node in nodes]
 
 
 @pytest.mark.parametrize("waited", [0.0, 2.0])
@@ -121,7 +122,3 @@ def test_two_devices_of_one_id_are_seen_after_another_master_has_ended(counts):
     assert duplicated
     assert {node for node, _ in duplicated} == {1}
     assert min(sync for _, sync in duplicated) > 200
-
-
-def test_the_talk_of_a_bus_that_starts_up_is_no_flood(counts):
-    assert drive(counts, 0x701, 25, syncs=1) == []
