@@ -1,4 +1,4 @@
-"""The simulated devices as canopen's own master sees them: SDO with blocks, NMT, LSS with fastscan."""
+"""The simulated devices as canopen's own master sees them: SDO with blocks, PDO, NMT, EMCY, LSS."""
 
 from __future__ import annotations
 
@@ -32,6 +32,10 @@ class Master(canopen.Network):
             is_remote_frame=remote, is_extended_id=False,
         )  # fmt: skip
         self.bench.send(frame)
+        self.receive()
+
+    def receive(self):
+        """Take what the devices have sent."""
         while (answer := self.bench.recv(0.0)) is not None:
             self.notify(answer.arbitration_id, bytearray(answer.data), answer.timestamp)
 
@@ -65,11 +69,38 @@ def test_a_number_is_downloaded_expedited_in_a_segment_and_in_a_block(node, way)
     assert node.sdo[0x1017].raw == 777
 
 
-def test_a_download_of_a_wrong_length_is_aborted(node):
+def test_a_pdo_is_mapped_and_received(master, node):
+    node.tpdo.read()
+    pdo = node.tpdo[1]
+    pdo.clear()
+    pdo.add_variable(0x6004)
+    pdo.add_variable(0x6500)
+    pdo.trans_type = 1
+    pdo.save()
+    node.nmt.state = "OPERATIONAL"
+    master.bench._devices._latch.take((77,) * 7)
+    master.sync.transmit()
+    assert (pdo[0].raw, pdo[1].raw, pdo.is_periodic) == (77, 0, True)
+
+
+def test_a_boot_up_and_an_emergency_are_received(master, node):
+    states = []
+    node.nmt.add_heartbeat_callback(states.append)
+    node.nmt.send_command(0x81)
+    assert states == [0]
+    master.bench._devices._devices[0].emergency.set(0x5000)
+    master.receive()
+    assert [error.code for error in node.emcy.active] == [0x5000]
+
+
+def test_a_download_of_a_wrong_length_or_of_a_read_only_object_is_aborted(node):
     for data in (b"\1", b"\1\2\3", bytes(9)):
         with pytest.raises(canopen.SdoAbortedError) as caught:
             node.sdo.download(0x1017, 0, data)
         assert caught.value.code == 0x06070010
+    with pytest.raises(canopen.SdoAbortedError) as caught:
+        node.sdo.download(0x1000, 0, bytes(4))
+    assert caught.value.code == 0x06010002
 
 
 def test_nmt_states_and_guarding_are_those_that_canopen_reads(master, node):

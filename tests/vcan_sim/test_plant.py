@@ -165,14 +165,6 @@ def test_a_bump_crossed_in_reverse_costs_travel_the_other_way(vehicle):
     assert plant.pose("a")[2] == pytest.approx(cable_loss(0.075, 0.010) / 0.340)
 
 
-def test_a_bump_of_one_lap_waits_for_that_lap(vehicle):
-    plant = prompt(vehicle, floor=Floor(0.0, (Bump(wheel="a.right", after=0.2, lap=1),)))
-    for lap, turned in ((0, False), (None, False), (1, True), (2, True)):
-        plant.begin_lap(lap)
-        drive(plant, (4.0,) * 4, 100)
-        assert bool(plant.pose("a")[2]) is turned
-
-
 def test_an_obstacle_on_the_floor_is_met_by_each_wheel_that_passes_there_every_time(vehicle):
     bump = Bump(x=1.0, y=-0.17, size=0.03)
     plant = prompt(vehicle, floor=Floor(0.0, (bump,)))

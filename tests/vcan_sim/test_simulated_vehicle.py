@@ -1,19 +1,10 @@
-"""The simulated vehicle: one step per SYNC, all devices on one clock, and stock clients on its bus."""
+"""The simulated vehicle: one step per SYNC, and all devices on one clock."""
 
-import threading
 from dataclasses import replace
-from itertools import count
 
-import can
-import canopen
 import pytest
 
-from omnimate.vcan_sim.nodes.objects import EDS_FOLDER
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
-from omnimate.vcan_sim.simulated_vehicle import SimulatedVehicle
-
-PATIENCE = 120.0  # [s]; an upper bound, never waited for
-CHANNELS = count()
 
 
 def test_the_plant_moves_one_sync_period_per_sync(bench):
@@ -70,66 +61,3 @@ def test_on_the_wall_clock_timers_run_without_sync(make_bench, monkeypatch):
     bench.simulated.poll()
     assert bench.take() == [(0x701, b"\x7f")]
     assert bench.simulated.syncs == 0
-
-
-class Channel:
-    """A virtual bus with a simulated vehicle in a thread of python-can, and a stock client."""
-
-    def __init__(self, plant):
-        name = f"simulated-vehicle-{next(CHANNELS)}"
-        self.theirs = can.Bus(name, interface="virtual")
-        self.master = can.Bus(name, interface="virtual")
-        self.simulated = SimulatedVehicle(reference_vehicle(), plant, self.theirs)
-        self.network = canopen.Network(self.master)
-
-    def __enter__(self):
-        self.vehicles = can.Notifier(self.theirs, [self.simulated.receive], timeout=0.02)
-        self.network.notifier = can.Notifier(self.master, self.network.listeners, timeout=0.02)
-        return self
-
-    def __exit__(self, *_):
-        self.vehicles.stop()
-        self.network.disconnect()
-        self.theirs.shutdown()
-
-
-@pytest.fixture
-def channel(bench, monkeypatch):
-    monkeypatch.setattr(canopen.sdo.SdoClient, "RESPONSE_TIMEOUT", PATIENCE)
-    with Channel(bench.plant) as channel:
-        yield channel
-
-
-def test_a_stock_canopen_master_reads_configures_and_receives(channel, bench):
-    node = channel.network.add_node(3, str(EDS_FOLDER / "encoder_cia406.eds"))
-    assert node.sdo["Manufacturer device name"].raw == "OmniMate multi-turn encoder"
-    node.tpdo.read()
-    pdo = node.tpdo[1]
-    pdo.clear()
-    pdo.add_variable(0x6004)
-    pdo.add_variable(0x6500)
-    pdo.trans_type = 1
-    pdo.save()
-    node.nmt.state = "OPERATIONAL"
-    received = threading.Event()
-    pdo.add_callback(lambda _pdo: received.set())
-    bench.plant.counts = (77,) * 7
-    channel.network.sync.transmit()
-    assert received.wait(PATIENCE)
-    assert (pdo[0].raw, pdo[1].raw, pdo.is_periodic) == (77, 0, True)
-
-
-def test_a_stock_canopen_master_sees_aborts_boot_ups_and_emergencies(channel):
-    node = channel.network.add_node(3, str(EDS_FOLDER / "encoder_cia406.eds"))
-    with pytest.raises(canopen.SdoAbortedError) as aborted:
-        node.sdo.download(0x1000, 0, bytes(4))
-    assert aborted.value.code == 0x06010002
-    booted = threading.Event()
-    node.nmt.add_heartbeat_callback(lambda state: booted.set() if state == 0 else None)
-    node.nmt.send_command(0x81)
-    assert booted.wait(PATIENCE)
-    reported = threading.Event()
-    node.emcy.add_callback(lambda _error: reported.set())
-    channel.simulated.devices[3].emergency.set(0x5000)
-    assert reported.wait(PATIENCE)
-    assert node.emcy.active[0].code == 0x5000

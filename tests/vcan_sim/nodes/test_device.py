@@ -13,18 +13,6 @@ def test_every_node_says_once_that_it_has_booted(bench):
     assert bench.boot_ups == [(0x700 + node, b"\0") for node in NODES]
 
 
-def test_a_heartbeat_tells_the_state_at_its_period(bench):
-    bench.write(1, 0x1017, 0, 30, 2)
-    bench.sync(4)
-    assert heartbeats(bench, 1) == [0x7F, 0x7F]
-    bench.nmt(0x01, 1)
-    bench.sync(2)
-    assert heartbeats(bench, 1) == [0x05]
-    bench.nmt(0x02, 1)
-    bench.sync(2)
-    assert heartbeats(bench, 1) == [0x04]
-
-
 @pytest.mark.parametrize("command", [0x81, 0x82])
 def test_a_reset_boots_again_and_forgets_the_communication_parameters(bench, command):
     bench.write(1, 0x1017, 0, 30, 2)
@@ -52,15 +40,6 @@ def test_a_command_to_one_node_leaves_the_others_alone(bench):
     sent = bench.take()
     assert (0x701, b"\x7f") in sent
     assert (0x702, b"\x05") in sent
-
-
-def test_unknown_commands_and_frames_of_a_wrong_length_change_nothing(bench):
-    bench.frame(0x000, b"\x01")
-    bench.frame(0x000, b"\x01\x00\x00")
-    bench.nmt(0x33, 0)
-    bench.write(1, 0x1017, 0, 15, 2)
-    bench.sync()
-    assert heartbeats(bench, 1) == [0x7F]
 
 
 def test_a_watched_heartbeat_that_stops_is_reported_once_and_taken_back_when_it_returns(bench):
