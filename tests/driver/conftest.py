@@ -22,6 +22,14 @@ from tests.foreign.devices import ForeignNetwork
 ABSENT, NO_SUB, READ_ONLY = 0x06020000, 0x06090011, 0x06010002
 SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, FAULT = 0x0240, 0x0221, 0x0223, 0x0227, 0x0208
 QUICK_STOP_ACTIVE, FAULT_REACTION = 0x0207, 0x020F
+DEVICE_TYPE = """[1000]
+ParameterName=Device type
+ObjectType=0x7
+DataType=0x0007
+AccessType=ro
+DefaultValue=0x00020196
+PDOMapping=0
+"""  # of an EDS: a CiA 406 encoder
 # Control word by state, and the state that follows: CiA 402, transitions 2 to 8, 12, 15.
 TRANSITIONS = {
     (SWITCH_ON_DISABLED, 0x06): READY,

@@ -6,6 +6,7 @@ states with boot-up, PDOs by their mapping, heartbeats, and the state machine of
 
 from __future__ import annotations
 
+import ctypes
 import math
 from types import SimpleNamespace
 
@@ -56,8 +57,8 @@ class ForeignNetwork(canopen.Network):
 class ForeignNode(canopen.LocalNode):
     """A node with NMT states, heartbeats and TPDOs."""
 
+    device_type = 0
     objects = (
-        (0x1000, 0, UNSIGNED32, "ro", 0),
         (0x1001, 0, UNSIGNED8, "ro", 0),
         (0x1005, 0, UNSIGNED32, "rw", 0x80),
         (0x1006, 0, UNSIGNED32, "rw", 0),
@@ -68,7 +69,8 @@ class ForeignNode(canopen.LocalNode):
     )
 
     def __init__(self, node, extra=(), tpdos=(), described=None):
-        made = dictionary([*self.objects, *extra, *pdo_objects(node, 0x1800, tpdos)])
+        device_type = (0x1000, 0, UNSIGNED32, "ro", self.device_type)
+        made = dictionary([device_type, *self.objects, *extra, *pdo_objects(node, 0x1800, tpdos)])
         super().__init__(node, described or made)
         self.state = PRE_OPERATIONAL
         self.is_powered = True
@@ -202,6 +204,8 @@ class DescribedNode(ForeignNode):
 class ForeignEncoder(ForeignNode):
     """A CiA 406 encoder; `position` counts on while it has power."""
 
+    device_type = 0x00020196
+
     def __init__(self, node, kind=254, more=()):
         extra = [
             *more,
@@ -210,14 +214,12 @@ class ForeignEncoder(ForeignNode):
             (0x6500, 0, UNSIGNED16, "ro", 0),
         ]
         super().__init__(node, extra, [(0x180 + node, kind, (0x60040020,)), (0x80000280 + node, 1, ())])
-        self.put(0x1000, 0, 0x00020196)
         self.position = 0.0
         self.add_read_callback(self._read)
 
     def reset(self):
         """Count from 0 again."""
         super().reset()
-        self.put(0x1000, 0, 0x00020196)
         self.position = 0.0
 
     def _read(self, *, index, subindex, **_):
@@ -225,24 +227,41 @@ class ForeignEncoder(ForeignNode):
 
 
 class DrivenWheel:
-    """The wheel of a drive: it follows the target velocity by a ramp, and its encoder counts."""
+    """The wheel of a drive of either family: it follows the target by a ramp, and its encoder counts."""
 
     velocity, is_blocked = 0.0, False
 
-    def turn(self, target, seconds):
-        """Turn towards a target velocity [counts/s] for some time [s]."""
+    def tick(self, now):
+        """Turn the wheel until `now` [s]."""
+        seconds = now - self.now
+        super().tick(now)
+        is_turning = self.status == ENABLED and self.state == OPERATIONAL
+        target = float(ctypes.c_int32(self.number(0x60FF)).value) if is_turning else 0.0
         step = RAMP * seconds
-        self.velocity = max(self.velocity - step, min(self.velocity + step, float(target)))
+        self.velocity = max(self.velocity - step, min(self.velocity + step, target))
         if not self.is_blocked:
             self.encoder.position += self.velocity * seconds
 
+    def fault(self, code=None):
+        """Go to fault and let the wheel run down; with `code` send EMCY."""
+        self.status = FAULT
+        if code is not None:
+            self.emergency(code)
 
-class ForeignDrive(ForeignNode, DrivenWheel):
+    def power_off(self):
+        """Stop sending and hearing; the wheel runs down."""
+        super().power_off()
+        self.status = SWITCH_ON_DISABLED
+
+
+class ForeignDrive(DrivenWheel, ForeignNode):
     """A CiA 402 drive that turns the wheel of `encoder`.
 
     `status` says where its status word is: None in no TPDO, "first" or "last" in an enabled one. `rpdo` is
     what its RPDO maps, and `access` whether that can be changed.
     """
+
+    device_type = 0x00020192
 
     def __init__(self, node, encoder, status=None, rpdo=(0x60400010,), access="rw"):
         extra = [
@@ -258,43 +277,20 @@ class ForeignDrive(ForeignNode, DrivenWheel):
         ]
         mapped = {"first": (0x60410010, 0x60610008), "last": (0x60610008, 0x60410010)}.get(status, ())
         super().__init__(node, extra, [((0 if status else 1 << 31) | 0x180 + node, 255, mapped)])
-        self.put(0x1000, 0, 0x00020192)
         self.encoder = encoder
         self.status = SWITCH_ON_DISABLED
-        self.reset_is_ignored = False
         self.add_read_callback(self._read)
         self.add_write_callback(self._written)
-
-    def fault(self, code=None):
-        """Go to fault and let the wheel run down; with `code` send EMCY."""
-        self.status = FAULT
-        if code is not None:
-            self.emergency(code)
 
     def emergency(self, code):
         """Send EMCY and stay as it is."""
         if self.is_powered:
             self.emcy.send(code, 0x01)
 
-    def power_off(self):
-        """Stop sending and hearing; the wheel runs down."""
-        super().power_off()
-        self.status = SWITCH_ON_DISABLED
-
     def reset(self):
         """Stand without torque."""
         super().reset()
-        self.put(0x1000, 0, 0x00020192)
         self.status = SWITCH_ON_DISABLED
-
-    def tick(self, now):
-        """Turn the wheel until `now` [s]."""
-        passed = now - self.now
-        super().tick(now)
-        is_turning = self.status == ENABLED and self.state == OPERATIONAL
-        self.turn(
-            int.from_bytes(self.get_data(0x60FF, 0), "little", signed=True) if is_turning else 0, passed
-        )
 
     def associate_network(self, network):
         super().associate_network(network)
@@ -326,7 +322,7 @@ class ForeignDrive(ForeignNode, DrivenWheel):
     def _control(self, word):
         """Follow a control word, CiA 402-2 figure 9."""
         if self.status == FAULT:
-            if word & 0x80 and not self.reset_is_ignored:
+            if word & 0x80:
                 self.status = SWITCH_ON_DISABLED
         elif not word & 0x02:
             self.status = SWITCH_ON_DISABLED

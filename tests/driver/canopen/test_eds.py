@@ -2,19 +2,10 @@ import pytest
 
 from omnimate.driver.canopen.eds import load_eds
 from omnimate.driver.errors import EdsError
+from tests.driver.conftest import DEVICE_TYPE
 from tests.samples import OUR_EDS, VENDORS_EDS, cases
 
-GOOD = """[DeviceInfo]
-VendorName=Maker
-VendorNumber=0x5
-[1000]
-ParameterName=Device type
-ObjectType=0x7
-DataType=0x0007
-AccessType=ro
-DefaultValue=0x00020196
-PDOMapping=0
-"""
+GOOD = f"[DeviceInfo]\nVendorName=Maker\nVendorNumber=0x5\n{DEVICE_TYPE}"
 
 
 def load(tmp_path, text, encoding="utf-8"):

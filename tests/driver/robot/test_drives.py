@@ -327,18 +327,6 @@ def test_close_stops_and_takes_the_torque_away(enabled):
     assert bus.devices[17].objects[0x6040, 0][0] == 0x06
 
 
-def out_by_boot(kit, bus):
-    bus.queue.extend(bus.devices[17].boot())
-
-
-def out_by_fault(kit, bus):
-    bus.queue.append(kit.frame(0x191, b"\x18\x02"))
-
-
-def out_by_silence(kit, bus):
-    bus.queue.append(kit.frame(0x711, b"\x05"))
-
-
 def test_all_drives_get_a_quick_stop_and_those_in_nmt_state_stopped_are_brought_back_for_it(kit, enabled):
     """A drive that is stopped has no SDO; what is seen of the drives afterwards is no news."""
     driver, bus = enabled
@@ -372,11 +360,15 @@ def test_the_first_troubles_are_kept(enabled):
     assert [trouble.what for trouble in driver.drives.troubles] == list("01234567")
 
 
-@pytest.mark.parametrize("drop_out", [out_by_boot, out_by_fault, out_by_silence])
-def test_a_drive_that_drops_out_stops_all_wheels_until_enable(kit, enabled, drop_out):
+@pytest.mark.parametrize(
+    ("can_id", "data"),
+    [(0x711, b"\0"), (0x191, b"\x18\x02"), (0x711, b"\x05")],
+    ids=["by a restart", "by a fault", "by silence after a heartbeat"],
+)
+def test_a_drive_that_drops_out_stops_all_wheels_until_enable(kit, enabled, can_id, data):
     driver, bus = enabled
     driver.command((1.0, 1.0))
-    drop_out(kit, bus)
+    bus.queue.append(kit.frame(can_id, data))
     for _ in range(200):
         driver.cycle()
     assert targets(bus, 0x212)[-1] == 0

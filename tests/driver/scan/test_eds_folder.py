@@ -4,25 +4,14 @@ import pytest
 
 from omnimate.driver.scan.eds_folder import Fit, described_devices, fitting_file
 from omnimate.driver.scan.node import NodeReading
-
-TEXT = """[DeviceInfo]
-VendorNumber=0x2F
-ProductNumber={product}
-RevisionNumber={revision}
-[1000]
-ParameterName=Device type
-ObjectType=0x7
-DataType=0x0007
-AccessType=ro
-DefaultValue=0x00020196
-PDOMapping=0
-"""
+from tests.driver.conftest import DEVICE_TYPE
 
 
 def folder(path, *files):
     for name, product, revision in files:
         (path / name).parent.mkdir(exist_ok=True)
-        (path / name).write_text(TEXT.format(product=product, revision=revision))
+        numbers = f"VendorNumber=0x2F\nProductNumber={product}\nRevisionNumber={revision}\n"
+        (path / name).write_text(f"[DeviceInfo]\n{numbers}{DEVICE_TYPE}")
     return described_devices(path)
 
 

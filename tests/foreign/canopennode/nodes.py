@@ -14,7 +14,7 @@ import weakref
 from functools import partial
 from pathlib import Path
 
-from tests.foreign.devices import ENABLED, FAULT, NMT_STATE, OPERATIONAL, SWITCH_ON_DISABLED, DrivenWheel
+from tests.foreign.devices import NMT_STATE, DrivenWheel
 from tests.samples import SHARED
 
 HERE = Path(__file__).parent
@@ -154,7 +154,7 @@ class CanOpenNodeEncoder(Node):
         self.put(0x6004, 0, round(self.position) % 2**32)
 
 
-class CanOpenNodeDrive(Node, DrivenWheel):
+class CanOpenNodeDrive(DrivenWheel, Node):
     """A CiA 402 drive that turns the wheel of `encoder`, with the options of `ForeignDrive`."""
 
     def __init__(self, library, node, encoder, status=None, rpdo=(0x60400010,), access="rw"):
@@ -174,27 +174,9 @@ class CanOpenNodeDrive(Node, DrivenWheel):
     def status(self, status):
         self.put(0x6041, 0, status)
 
-    def fault(self, code=None):
-        """Go to fault and let the wheel run down; with `code` send EMCY."""
-        self.status = FAULT
-        if code is not None:
-            self.emergency(code)
-
     def emergency(self, code):
         """Send EMCY and stay as it is."""
         self._library.device_error(self._device, code)
-
-    def power_off(self):
-        """Stop sending and hearing; the wheel runs down."""
-        super().power_off()
-        self.status = SWITCH_ON_DISABLED
-
-    def tick(self, now):
-        """Turn the wheel until `now` [s]."""
-        passed = now - self.now
-        super().tick(now)
-        is_turning = self.status == ENABLED and self.state == OPERATIONAL
-        self.turn(ctypes.c_int32(self.number(0x60FF)).value if is_turning else 0, passed)
 
 
 def family(library):
