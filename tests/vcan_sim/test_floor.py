@@ -89,15 +89,6 @@ def test_bumps_under_a_wheel_are_evenly_spaced():
     assert {(bump.wheel, bump.lap, bump.height) for bump in bumps} == {("a.right", 3, 0.009)}
 
 
-@pytest.mark.parametrize(
-    ("wrong", "says"),
-    [({"wheel": "joint_a"}, "joint_a"), ({"height": 0.0}, "height"), ({"size": -1.0}, "size")],
-)
-def test_a_bump_that_cannot_be_is_refused(wrong, says):
-    with pytest.raises(SimulationError, match=says):
-        Bump(**wrong)
-
-
 def test_a_bump_as_high_as_the_wheels_axle_is_refused():
     with pytest.raises(SimulationError, match="too high"):
         Bump(height=0.08).crossing(R)

@@ -4,8 +4,6 @@ import pytest
 from omnimate.driver.errors import BusError, NoSync
 from omnimate.driver.robot import passive as module
 from omnimate.driver.robot.passive import PassiveReader
-from omnimate.driver.robot.recorder import Recorder
-from omnimate.files.recordings.folder import load_recording
 
 
 class Quiet:
@@ -127,10 +125,3 @@ def test_a_bus_that_fails_is_an_error(kit):
     bus.is_dead = True
     with pytest.raises(BusError, match="interface is down"):
         list(PassiveReader(kit.one_truck(), bus).samples(idle=1.0))
-
-
-def test_what_is_heard_can_be_recorded(kit, replay, tmp_path):
-    bus = replay([frame for count in (5, 6, 7) for frame in cycle(kit, count)])
-    with Recorder(tmp_path, kit.one_truck()) as recorder:
-        samples = list(PassiveReader(kit.one_truck(), bus, recorder=recorder).samples(idle=1.0))
-    assert load_recording(tmp_path).counts.tolist() == [list(sample.counts) for sample in samples]

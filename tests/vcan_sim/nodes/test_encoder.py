@@ -70,15 +70,6 @@ def test_a_preset_makes_the_position_its_value_and_shows_in_6509h(bench):
     assert bench.read(1, 0x6004) == 260
 
 
-def test_a_preset_position_wraps_at_the_encoders_range(bench):
-    bench.plant.counts = (0, 0, 0, 0, 10, 0, 0)
-    bench.sync()
-    bench.write(5, 0x6003, 0, 16380, 4)
-    bench.plant.counts = (0, 0, 0, 0, 20, 0, 0)
-    bench.sync()
-    assert bench.read(5, 0x6004) == 6
-
-
 def test_the_code_sequence_turns_the_direction_round(bench):
     bench.write(1, 0x6000, 0, 1, 2)
     bench.sync(count=100)
