@@ -97,10 +97,17 @@ def write_values(
                 writer.write(place)
     if (SYNC_PERIOD, 0) in places:
         writer.write((SYNC_PERIOD, 0))
-    for base in sorted({_communication(index) for index, _ in places if index in PDOS}):
+    for base in sorted({index & ~MAPPING for index, _ in places if index in PDOS}):
         writer.write_pdo(base)
     left = (_difference(sdo, dictionary, numbers[place]) for place in places)
-    return tuple(_with_problem(d, writer.problems) for d in left if d is not None)
+    return tuple(
+        replace(
+            difference,
+            problem=writer.problems.get((difference.index, difference.subindex), difference.problem),
+        )
+        for difference in left
+        if difference is not None
+    )
 
 
 class _Writer:
@@ -185,16 +192,6 @@ def _bytes(variable: ODVariable) -> bytes | None:
         return bytes(variable.encode_raw(variable.value))
     except (ValueError, TypeError, struct.error, ObjectDictionaryError):
         return None
-
-
-def _communication(index: int) -> int:
-    """Return the index of the communication parameters of a PDO, of which this is one or a mapping."""
-    return index - MAPPING if index & MAPPING else index
-
-
-def _with_problem(difference: Difference, problems: dict[tuple[int, int], str]) -> Difference:
-    problem = problems.get((difference.index, difference.subindex), difference.problem)
-    return replace(difference, problem=problem)
 
 
 def load_descriptions(vehicle: VehicleParameters) -> dict[int, Eds]:

@@ -14,7 +14,7 @@ from omnimate.files.logs.signals import Signal
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from canopen.objectdictionary import ObjectDictionary, ODVariable
+    from canopen.objectdictionary import ObjectDictionary
 
     from omnimate.files.logs.seen_mapping import Mapped
 
@@ -56,7 +56,7 @@ def _signal(entry: Mapped, dictionary: ObjectDictionary) -> Signal:
     if variable is None:
         return Signal(name, entry.start_bit, entry.bits)
     kind = variable.data_type
-    words = _name(variable)
+    words = str(variable.qualname).replace("Entry", "").strip(". ")
     return Signal(
         f"{name} {words}" if words else name,
         entry.start_bit,
@@ -64,7 +64,3 @@ def _signal(entry: Mapped, dictionary: ObjectDictionary) -> Signal:
         signed=kind in SIGNED_TYPES,
         is_float=kind in FLOAT_TYPES and entry.bits in {32, 64},
     )
-
-
-def _name(variable: ODVariable) -> str:
-    return str(variable.qualname).replace("Entry", "").strip(". ")

@@ -86,7 +86,8 @@ def draft_vehicle(scan: Scan, url: str, bitrate: int | None, eds: Mapping[int, s
         eds: Paths of EDS and DCF files by node id, as they are seen from the file.
     """
     positions = [position for node in scan.nodes for position in positions_of(node)]
-    drives = [node for node in scan.nodes if _turns(node)]
+    # what can turn a wheel by target velocity
+    drives = [node for node in scan.nodes if node.value(TARGET) is not None or _target_pdo(node) is not None]
     encoders = [position for position in positions if not position.is_of_drive] or positions
     wheels = sum(not position.is_linear for position in encoders)
     has_two = wheels > MAX_WHEELS_PER_TRUCK or len(drives) > MAX_WHEELS_PER_TRUCK
@@ -147,11 +148,6 @@ def _preference(setting: PdoSetting) -> tuple[bool, bool, int]:
 def _is_position(index: int) -> bool:
     axes = range(0, AXES * AXIS, AXIS)
     return index in {POSITION, SENSORS} or any(index - axis in {ACTUAL, INTERNAL} for axis in axes)
-
-
-def _turns(node: NodeReading) -> bool:
-    """Return whether a node can turn a wheel by target velocity."""
-    return node.value(TARGET) is not None or _target_pdo(node) is not None
 
 
 def _target_pdo(node: NodeReading) -> PdoSetting | None:
