@@ -104,7 +104,9 @@ class SimulatedVehicle:
             self.receive(message)
             frames += 1
         if self._wall or self._injected:
-            self._run_timers(self.time)
+            now = self.time
+            self._run_faults(now)
+            self._run_device_timers(now)
         return frames
 
     def inject(self, fault: DeviceFault) -> None:
@@ -144,10 +146,6 @@ class SimulatedVehicle:
         self._bus.send(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False, check=False))
 
     # Time
-
-    def _run_timers(self, now: float) -> None:
-        self._run_faults(now)
-        self._run_device_timers(now)
 
     def _run_device_timers(self, now: float) -> None:
         now += _TOLERANCE

@@ -7,11 +7,12 @@ from enum import IntEnum
 from functools import partial
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.errors import Abort, SdoAbort
+from omnimate.vcan_sim.errors import Abort
 from omnimate.vcan_sim.nodes.emergency import HEARTBEAT_ERROR, SYNC_LENGTH, Emergency
 from omnimate.vcan_sim.nodes.exchange import PdoExchange
 from omnimate.vcan_sim.nodes.heartbeat import HeartbeatConsumer, HeartbeatProducer, NodeGuarding
 from omnimate.vcan_sim.nodes.lss import SLAVE, UNCONFIGURED, LssSlave
+from omnimate.vcan_sim.nodes.objects import refuse_unless
 from omnimate.vcan_sim.nodes.sdo import SdoServer
 from omnimate.vcan_sim.nodes.transmitter import Transmitter
 
@@ -63,10 +64,10 @@ class Device:
         objects.readers[0x1001, 0] = lambda: self.emergency.register
         objects.readers |= {(0x1003, sub): partial(self.emergency.history, sub) for sub in range(9)}
         objects.checks[0x1003] = lambda _sub, value: self.emergency.erase_history(value)
-        objects.checks[0x1005] = _check_sync_id
-        objects.checks[0x1010] = lambda _sub, value: _check_signature(value, _SAVE)
-        objects.checks[0x1011] = lambda _sub, value: _check_signature(value, _LOAD)
-        objects.checks[0x1019] = _check_sync_overflow
+        objects.checks[0x1005] = refuse_unless(lambda value: value & 0x3FFF_FFFF == SYNC_ID)
+        objects.checks[0x1010] = refuse_unless(lambda value: value == _SAVE, Abort.NOT_STORED)
+        objects.checks[0x1011] = refuse_unless(lambda value: value == _LOAD, Abort.NOT_STORED)
+        objects.checks[0x1019] = refuse_unless(lambda value: value == 0 or 2 <= value <= 240)
         objects.readers |= {(index, 1): lambda: 1 for index in (0x1010, 0x1011)}  # on command
         objects.reactions[0x100C] = objects.reactions[0x100D] = lambda _sub, _value: self._guard()
         objects.reactions[0x1010] = lambda _sub, _value: self.objects.store()
@@ -275,21 +276,3 @@ class Device:
     def _reschedule(self) -> None:
         watched = min(self._consumer.due, self._guarding.due)
         self.due = min(self._producer.due, watched, self._exchange.due, self.transmitter.due)
-
-
-def _check_sync_id(_sub: int, value: int) -> None:
-    """Refuse another COB-ID for SYNC than 80h; raises SdoAbort."""
-    if value & 0x3FFF_FFFF != SYNC_ID:
-        raise SdoAbort(Abort.VALUE)
-
-
-def _check_sync_overflow(_sub: int, value: int) -> None:
-    """Refuse an invalid overflow value of the SYNC counter; raises SdoAbort."""
-    if value != 0 and not 2 <= value <= 240:
-        raise SdoAbort(Abort.VALUE)
-
-
-def _check_signature(value: int, signature: int) -> None:
-    """Refuse to store or to restore without the signature; raises SdoAbort."""
-    if value != signature:
-        raise SdoAbort(Abort.NOT_STORED)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
-from omnimate.vcan_sim.errors import Abort, SdoAbort
 from omnimate.vcan_sim.nodes.device import Device, NmtState
+from omnimate.vcan_sim.nodes.objects import refuse_unless
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -106,7 +106,8 @@ class DriveDevice(Device):
                 (0x606C, 0): lambda: round(self.velocity),
             }
         )
-        self.objects.checks[0x6060] = _check_mode
+        modes = {0, _PROFILE_VELOCITY, _CYCLIC_VELOCITY}
+        self.objects.checks[0x6060] = refuse_unless(modes.__contains__)
         self.objects.reactions.update(
             {
                 0x6040: self._control,
@@ -193,9 +194,3 @@ class DriveDevice(Device):
         self._controlword = 0
         if self._sensor:
             self._sensor.restart()
-
-
-def _check_mode(_sub: int, mode: int) -> None:
-    """Refuse a mode of operation that the drive does not have; raises SdoAbort."""
-    if mode not in {0, _PROFILE_VELOCITY, _CYCLIC_VELOCITY}:
-        raise SdoAbort(Abort.VALUE)

@@ -52,11 +52,10 @@ class Sensor:
     def position(self) -> int:
         """Return the position value [counts] at the last SYNC."""
         counts = self._latch.counts[self._column]
-        return (
-            counts
-            if self._is_unmodified
-            else self._wrapped(self._measured(counts) + self._origin + self.offset)
-        )
+        if self._is_unmodified:
+            return counts
+        value = self._measured(counts) + self._origin + self.offset
+        return (value - self._low) % self._range + self._low
 
     def speed(self) -> int:
         """Return the speed over the last SYNC period [counts/s], saturated at 16 bits."""
@@ -88,9 +87,6 @@ class Sensor:
 
     def _measured(self, counts: int) -> int:
         return self._direction * counts * self._units // self._resolution
-
-    def _wrapped(self, value: int) -> int:
-        return (value - self._low) % self._range + self._low
 
     def _update_is_unmodified(self) -> None:
         scaled = self._units != self._resolution or self._range != self._full_range

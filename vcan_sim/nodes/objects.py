@@ -87,6 +87,16 @@ def load_dictionary(eds: str) -> Mapping[Key, Variable]:
     return MappingProxyType(variables)
 
 
+def refuse_unless(is_valid: Callable[[int], bool], code: Abort = Abort.VALUE) -> Callable[[int, int], None]:
+    """Return a check for `Objects.checks` that refuses a value with `code` unless it is valid."""
+
+    def check(_sub: int, value: int) -> None:
+        if not is_valid(value):
+            raise SdoAbort(code)
+
+    return check
+
+
 # Objects that are commands, or a history: they are not stored by 1010h.
 _NOT_STORED = {0x1003, 0x1010, 0x1011, 0x6003, 0x6010, 0x6040, 0x60FF}
 
