@@ -100,15 +100,13 @@ class SyncClock:
     Args:
         period: Time between two SYNCs [s].
         start: Time of SYNC 0 [s]; now where it is None.
-        window: Host time in which the answers to a SYNC are awaited [s].
     """
 
     inline = True  # time stops between SYNCs, so that an SDO dialogue may run in between
     skipped = 0  # SYNCs that were left out: the bus waits for its master
 
-    def __init__(self, period: float, start: float | None = None, window: float = ANSWER_WINDOW) -> None:
+    def __init__(self, period: float, start: float | None = None) -> None:
         self.period = period
-        self.window = window
         self.start = time.time() if start is None else start
         self._next = 0
         self._frames = 0  # since the last SYNC
@@ -126,8 +124,8 @@ class SyncClock:
         return self.start + (self._next - 1) * self.period
 
     def remaining(self) -> float:
-        """Return how much of the window is left [s]."""
-        return self._sent + self.window - time.monotonic()
+        """Return how much of `ANSWER_WINDOW` is left [s]."""
+        return self._sent + ANSWER_WINDOW - time.monotonic()
 
     def now(self) -> float:
         """Return the time of the last frame or SYNC [s]."""

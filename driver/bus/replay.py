@@ -14,7 +14,7 @@ from omnimate.files.logs.formats.python_can_logs import message_of_frame
 from omnimate.files.logs.frames import ERROR
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterable
 
     from omnimate.files.logs.frames import Frame
 
@@ -64,36 +64,27 @@ class LogBus(can.BusABC):
         raise BusError("log", f"{msg.arbitration_id:03X}h cannot be sent: a log is only replayed")
 
 
-def send_frames(
-    frames: Iterable[Frame],
-    url: str,
-    pace: float = 1.0,
-    *,
-    clock: Callable[[], float] = time.monotonic,
-    sleep: Callable[[float], None] = time.sleep,
-) -> None:
+def send_frames(frames: Iterable[Frame], url: str, pace: float = 1.0) -> None:
     """Send frames onto a bus at a multiple of their recorded pace; error frames are left out.
 
     Args:
         frames: The frames in the order of their times.
         url: URL of the bus.
         pace: How many times faster than recorded; 0 sends them at once.
-        clock: Returns the time [s].
-        sleep: Waits for a time [s].
 
     Raises:
         BusError: The bus cannot be opened.
         BusLost: The interface fails.
     """
     with open_bus(url) as bus:
-        began, first = clock(), None
+        began, first = time.monotonic(), None
         for frame in frames:
             if frame.flags & ERROR:
                 continue
             first = frame.time if first is None else first
-            ahead = (frame.time - first) / pace - (clock() - began) if pace else 0.0
+            ahead = (frame.time - first) / pace - (time.monotonic() - began) if pace else 0.0
             if ahead > 0.0:
-                sleep(ahead)
+                time.sleep(ahead)
             try:
                 bus.send(message_of_frame(frame), timeout=1.0)
             except (can.CanError, OSError) as error:

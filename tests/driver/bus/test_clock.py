@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.driver.bus import clock as module
-from omnimate.driver.bus.clock import LEARNING_TIME, AdapterTime, SyncClock, WallClock
+from omnimate.driver.bus.clock import ANSWER_WINDOW, LEARNING_TIME, AdapterTime, SyncClock, WallClock
 
 PERIOD = 0.005
 
@@ -143,9 +143,9 @@ def test_times_between_syncs_stay_below_the_next_one(host):
 
 
 def test_sync_clock_waits_for_answers_in_host_time(host):
-    clock = SyncClock(0.015, window=0.5)
+    clock = SyncClock(0.015)
     clock.sync()
-    assert clock.remaining() == pytest.approx(0.5)
-    host.now += 0.6
+    assert clock.remaining() == pytest.approx(ANSWER_WINDOW)
+    host.now += 1.2 * ANSWER_WINDOW
     assert clock.remaining() < 0.0
     assert clock.due() == 0.0

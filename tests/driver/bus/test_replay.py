@@ -76,7 +76,7 @@ def test_nothing_can_be_sent():
 @pytest.mark.parametrize(("pace", "waits"), [(1.0, [0.5, 1.5]), (2.0, [0.25, 0.75]), (0.0, [])])
 def test_frames_keep_the_distances_that_they_were_recorded_with(clock, pace, waits):
     with open_bus("virtual://replaying") as bus:
-        send_frames(ALL_KINDS, "virtual://replaying", pace, clock=clock.monotonic, sleep=clock.sleep)
+        send_frames(ALL_KINDS, "virtual://replaying", pace)
         sent = [bus.recv(1.0) for _ in range(4)]
         assert bus.recv(0.0) is None
     assert clock.waits == waits
