@@ -98,7 +98,11 @@ class ForeignNode(canopen.LocalNode):
     def put(self, index, subindex, value):
         """Set an object to an unsigned number."""
         size = len(self.get_data(index, subindex))
-        self.data_store.setdefault(index, {})[subindex] = (value % (1 << 8 * size)).to_bytes(size, "little")
+        self.store(index, subindex, (value % (1 << 8 * size)).to_bytes(size, "little"))
+
+    def store(self, index, subindex, data):
+        """Set an object to its bytes."""
+        self.data_store.setdefault(index, {})[subindex] = data
 
     def protect(self, index, subindex=0):
         """Refuse to write an object."""

@@ -67,10 +67,8 @@ class StrictNode(DescribedNode):
     def __init__(self, path, refused=()):
         super().__init__(NODE, path)
         for variable in stated_values(self.object_dictionary):
-            other = bytes(
-                [variable.encode_raw(variable.value)[0] ^ 1, *variable.encode_raw(variable.value)[1:]]
-            )
-            self.data_store.setdefault(variable.index, {})[variable.subindex] = other
+            first, *rest = variable.encode_raw(variable.value)
+            self.store(variable.index, variable.subindex, bytes([first ^ 1, *rest]))
         self.refused = refused
         self.add_write_callback(self._check)
 
@@ -102,9 +100,7 @@ def dcf(tmp_path, period=15000, vendor=0x301, data_type="0x0007"):
 def test_a_device_that_is_as_its_dcf_states_differs_in_nothing_and_is_not_written(bench, path):
     node = DescribedNode(NODE, path)
     for variable in stated_values(node.object_dictionary):
-        node.data_store.setdefault(variable.index, {})[variable.subindex] = variable.encode_raw(
-            variable.value
-        )
+        node.store(variable.index, variable.subindex, variable.encode_raw(variable.value))
     bus = bench([node])
     sdo = sdo_on(bus, node.object_dictionary)
     assert list(differences(sdo, node.object_dictionary)) == []

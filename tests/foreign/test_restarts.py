@@ -32,10 +32,9 @@ def rolling(bus, speed=0.3):
     bus._step = stepped
 
 
-def reading(bench, driver_on, **options):
+def reading(bench, driver_on):
     bus = bench(devices())
-    driver = driver_on(two_trucks(), bus, **options)
-    return driver, bus
+    return driver_on(two_trucks(), bus), bus
 
 
 def cycles(driver, seconds):

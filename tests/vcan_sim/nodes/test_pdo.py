@@ -34,18 +34,17 @@ def test_nothing_is_sent_before_nmt_starts_the_node_or_after_it_stops_it(bench):
     assert bench.take() == []
 
 
-def test_a_remapped_pdo_carries_its_objects_one_behind_the_other(bench):
-    bench.plant.counts = (0x0102_0304,) * 7
-    remap(bench, [0x10010008, 0x60040020, 0x65000010])
-    bench.sync()
-    assert bench.pdos(0x181) == [b"\x00\x04\x03\x02\x01\x00\x00"]
-
-
-def test_a_shorter_length_than_the_objects_own_carries_its_low_bytes(bench):
-    bench.plant.counts = (-2,) * 7
-    remap(bench, [0x60040010])
-    bench.sync()
-    assert bench.pdos(0x181) == [b"\xfe\xff"]
+@pytest.mark.parametrize(
+    ("entries", "data"),
+    [
+        ([0x10010008, 0x60040020, 0x65000010], b"\x00\x04\x03\x02\x01\x00\x00"),
+        ([0x60040010], b"\x04\x03"),  # a shorter length than the object's own: its low bytes
+    ],
+)
+def test_a_remapped_pdo_carries_its_objects_one_behind_the_other(bench, entries, data):
+    remap(bench, entries)
+    bench.sync(count=0x0102_0304)
+    assert bench.pdos(0x181) == [data]
 
 
 def test_the_mapping_is_written_in_the_order_of_cia_301_only(bench):
