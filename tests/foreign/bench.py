@@ -38,13 +38,10 @@ class Bench(can.BusABC):
         self.sent, self.heard, self._coming = [], [], []
         sent = deque()
         self.far = SimpleNamespace(sent=sent, send=sent.append)  # what the devices send is here at once
-        self.network = ForeignNetwork(self.far)
-        self._networks = [self.network]
         self.nodes = {node.id: node for node in nodes}
-        self._devices = [*nodes]
+        self._devices = []
         for node in nodes:
-            node.now = self.now
-            self.network[node.id] = node
+            self.add(node)
         super().__init__(channel="bench")
         self.channel_info = "bench"
 
@@ -61,10 +58,8 @@ class Bench(can.BusABC):
 
     def add(self, node):
         """Put another device on the bus, which may have the node id of one that is there."""
-        network = ForeignNetwork(self.far)
         node.now = self.now
-        network[node.id] = node
-        self._networks.append(network)
+        ForeignNetwork(self.far)[node.id] = node  # of its own: a network has one node of each id
         self._devices.append(node)
 
     def at(self, seconds, happen):
@@ -82,8 +77,8 @@ class Bench(can.BusABC):
 
     def send(self, msg, timeout=None):
         self.sent.append((self.now, msg.arbitration_id, bytes(msg.data)))
-        for network in self._networks:
-            network.notify(msg.arbitration_id, msg.data, self.now)
+        for node in self._devices:
+            node.network.notify(msg.arbitration_id, msg.data, self.now)
         self._step()
 
     def recv(self, timeout=None):

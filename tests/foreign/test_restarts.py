@@ -73,8 +73,8 @@ def test_a_node_that_only_a_reset_of_its_communication_brings_back(bench, driver
     node = bus.nodes[NODE]
     node.state = STOPPED
     listen = node._on_nmt
-    bus.network.unsubscribe(0, listen)
-    bus.network.subscribe(0, lambda *frame: listen(*frame) if frame[1][0] != 0x80 else None)
+    node.network.unsubscribe(0, listen)
+    node.network.subscribe(0, lambda *frame: listen(*frame) if frame[1][0] != 0x80 else None)
     report = driver.configure()
     assert "its communication reset" in report.nodes[0].woken
 
