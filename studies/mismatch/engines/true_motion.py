@@ -21,8 +21,8 @@ class Drive:
 
     time: Array  # time since the first SYNC [s], shape `(N,)`
     wheels: Array  # angles of the wheels [rad], shape `(N, 2 T)`
-    joints: Array  # angles of both joints [rad], shape `(N, 2)`; zeros without a linkage
-    link: Array  # length of the link [m], shape `(N,)`; zeros without a linkage
+    # angles of both joints [rad] and length of the link [m], shape `(N, 3)`; zeros without a linkage
+    linkage: Array
     poses: Array  # true poses of the trucks [m, m, rad], shape `(N, T, 3)`
     # contacts with obstacles, each as (obstacle, first row, last row)
     crossings: tuple[tuple[int, int, int], ...]
@@ -76,7 +76,7 @@ def calibrate(drive: Drive, rest: float) -> Nominal:
     if trucks == 1:
         return Nominal(radii, tracks, 0.0)
     apart = drive.poses[:, 0, :2] - drive.poses[:, 1, :2]
-    return Nominal(radii, tracks, float(rest + np.mean(np.hypot(*apart.T) - drive.link)))
+    return Nominal(radii, tracks, float(rest + np.mean(np.hypot(*apart.T) - drive.linkage[:, 2])))
 
 
 def residuals(drive: Drive, nominal: Nominal, rows: int = WINDOW) -> Array:
@@ -95,9 +95,9 @@ def residuals(drive: Drive, nominal: Nominal, rows: int = WINDOW) -> Array:
         return np.column_stack([ways, moved[..., 1]])
     apart = drive.poses[:, 0, :2] - drive.poses[:, 1, :2]
     bearing = np.arctan2(apart[:, 1], apart[:, 0])
-    turned = drive.joints - (drive.poses[:, :, 2] - bearing[:, None])
+    turned = drive.linkage[:, :2] - (drive.poses[:, :, 2] - bearing[:, None])
     joints = np.arctan2(np.sin(turned), np.cos(turned))
-    linkage = np.column_stack([joints, drive.link - np.hypot(*apart.T)])[: len(moved) * rows]
+    linkage = np.column_stack([joints, drive.linkage[:, 2] - np.hypot(*apart.T)])[: len(moved) * rows]
     return np.column_stack([ways, moved[..., 1], linkage.reshape(-1, rows, 3).mean(axis=1)])
 
 

@@ -166,7 +166,7 @@ class _Case:
 
     def seen(self, driven: Drive, hidden: Sequence[Fault]) -> Seen:
         """Return a drive as sensors with these faults, and no other error, see it; poses as they are."""
-        linkage = np.column_stack([driven.joints, driven.link])[:, : 3 * (self.robot.trucks - 1)]
+        linkage = driven.linkage[:, : 3 * (self.robot.trucks - 1)]
         log = self.log(driven)
         poses = measured(self.robot, log, self.measuring, None)
         view = seen_exactly(self.robot, log.time, driven.wheels, linkage, poses)
@@ -229,7 +229,7 @@ def _case(chance: Generator, name: str, seed: int, number: int) -> _Case:
     nominal = calibrate(_at(known, ahead), chassis.link)
     start = START + 1000.0 * ((10_000 * seed + number) % SEEDS)
     healthy = _at(drive(chassis, PLANE, course, nominal), ahead)
-    if np.abs(healthy.joints).max() > BENT:
+    if np.abs(healthy.linkage[:, :2]).max() > BENT:
         raise TippedError("the trucks folded")
     floor = Floor(within(chance, SMOOTH if chassis.skids else SLOPES), number)
     return _Case(

@@ -233,8 +233,7 @@ class _Run:
         return Drive(
             np.arange(rows, dtype=np.float64) * period,
             table[:, :wheels],
-            table[:, wheels:-1],
-            table[:, -1],
+            table[:, wheels:],
             path,
             contacts(np.array(touches, bool).reshape(rows, -1), round(APART / period)),
         )

@@ -163,7 +163,7 @@ def _described(name: str, nominal: Nominal, period: float, devices: tuple[Device
 
 def _readings(run: Drive, rest: float) -> Values:
     """Return what perfect sensors read, by channel [rad, m]; the link from its length at rest."""
-    return dict(zip((*WHEELS, *LINKAGE), [*run.wheels.T, *run.joints.T, run.link - rest], strict=True))
+    return dict(zip((*WHEELS, *LINKAGE), [*run.wheels.T, *(run.linkage - (0.0, 0.0, rest)).T], strict=True))
 
 
 def _log(
@@ -195,11 +195,8 @@ def _program(rng: np.random.Generator, pace: Pace, *, straight: bool) -> Program
 
 
 def _sigmas(after: Drive, before: Drive, values: Values, nominal: Nominal, robot: Robot) -> float:
-    seen = replace(
-        after,
-        joints=np.stack([values["joint_a"], values["joint_b"]], axis=1),
-        link=values["link"] + robot.link,
-    )
+    read = np.stack([values[channel] for channel in LINKAGE], axis=1)
+    seen = replace(after, linkage=np.add(read, (0.0, 0.0, robot.link)))
     return above_noise(residuals(seen, nominal), residuals(before, nominal), RESOLVED)
 
 

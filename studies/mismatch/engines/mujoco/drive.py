@@ -124,7 +124,7 @@ def drive(
     crossed = contacts(np.array(touches).reshape(len(rows), -1), WINDOW)
     path = np.array(poses)
     path[:, :, 2] = np.unwrap(path[:, :, 2], axis=0)
-    return Drive(time, table[:, :4], table[:, 4:6], table[:, 6], path, crossed)
+    return Drive(time, table[:, :4], table[:, 4:], path, crossed)
 
 
 def _scene(robot: Robot) -> Scene:

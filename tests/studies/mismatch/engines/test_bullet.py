@@ -60,7 +60,7 @@ def test_the_linkage_of_the_pair_reads_what_its_trucks_do():
     pair = ROBOTS["pair"](np.random.default_rng(1))
     driven = drive(pair, PLANE, course(trucks=2), by_geometry(pair))
     assert np.abs(residuals(driven, by_geometry(pair), 1)[:, 6:]).max() < 1e-4
-    assert np.abs(driven.joints).max() > 0.1
+    assert np.abs(driven.linkage[:, :2]).max() > 0.1
 
 
 def test_a_robot_that_skids_turns_on_a_wider_base_than_its_wheels_have():
