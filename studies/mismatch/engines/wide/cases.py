@@ -147,7 +147,7 @@ def _clear(chance: Generator, setting: _Setting, kind: str, healthy: _Healthy) -
 
 def _is_beyond(hidden: _Hidden, healthy: _Healthy) -> bool:
     """Say whether a fault has a name, or is no curve in one quantity."""
-    return hidden.fault[0] != "unknown" or is_outside(hidden.change, healthy.drive, healthy.ruler, BEYOND)
+    return hidden.fault[0] != "unknown" or outside(hidden.change, healthy.drive, healthy.ruler) >= BEYOND
 
 
 def _setting(chance: Generator, seed: int, number: int, *, dense: bool) -> _Setting:
@@ -259,19 +259,10 @@ def outside(change: Array, drive: Drive, ruler: Ruler) -> float:
     A curve may scale the way of a wheel, move a truck to the left or turn it per way, or be added to a
     reading of the linkage.
     """
-    return min(_left(change, drive, ruler), default=0.0)
-
-
-def is_outside(change: Array, drive: Drive, ruler: Ruler, share: float) -> bool:
-    """Say whether every curve in one quantity leaves a share of a change `(K,)` or more."""
-    return bool(np.any(change)) and all(left >= share for left in _left(change, drive, ruler))
-
-
-def _left(change: Array, drive: Drive, ruler: Ruler) -> Iterator[float]:
-    """Yield the share of a change that each curve leaves."""
     whole = float(np.linalg.norm(change))
-    for curve in _curves(drive) if whole > 0.0 else ():
-        yield left_of(change, [ruler.change([term]) for term in curve]) / whole
+    curves = _curves(drive) if whole > 0.0 else ()
+    lefts = (left_of(change, [ruler.change([term]) for term in curve]) / whole for curve in curves)
+    return min(lefts, default=0.0)
 
 
 def _curves(drive: Drive) -> Iterator[list[Drive]]:
