@@ -20,6 +20,7 @@ from omnimate.vehicle.se2 import Array
 from studies.papers.rows import Row, Verdict, drawn, interval, judged, number
 from studies.papers.trials import (
     LABMATE,
+    SIDE,
     Trial,
     after_calibration,
     efficiency,
@@ -28,7 +29,6 @@ from studies.papers.trials import (
     plain_covariance,
 )
 
-SIDE = 4.0  # [m]
 FIGURE_11 = (336.17 / 340.0, 1.00084)
 # E_max,syst [mm] before, after, after a second pass where there was one; U Table I, #1 to #8.
 TABLE_I = ((317, 21), (349, 32), (310, 31), (310, 14), (310, 26), (403, 35), (423, 66, 20), (232, 12))

@@ -26,6 +26,7 @@ from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.se2 import Array
 
 LABMATE = Truck(wheelbase=0.340, wheel_diameter_left=0.150, wheel_diameter_right=0.150)  # U V
+SIDE = 4.0  # [m] of its square
 HEADING = math.radians(0.55)  # [rad] scatter of the heading on a floor that scatters the position by 25 mm
 
 
@@ -34,33 +35,31 @@ def plain_covariance(position: float, heading: float = HEADING) -> Array:
     return np.diag([position**2, position**2, heading**2])
 
 
-def floor_covariance(position: float, truck: Truck = LABMATE, side: float = 4.0) -> Array:
+def floor_covariance(position: float) -> Array:
     """Return the covariance `(3, 3)` on a floor so rough that x and y scatter by `position` [m]."""
-    unit = square_covariance(side, truck.wheelbase)
+    unit = square_covariance(SIDE, LABMATE.wheelbase)
     return np.asarray(unit * (position**2 / unit[0, 0]), np.float64)
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """A robot, its square, and the scatter of its runs."""
+    """A robot that is believed to be `LABMATE`, and the scatter of its runs."""
 
     e_b: float  # true factor of the wheelbase, U (2.4)
     e_d: float  # true factor of the ratio of wheel diameters, U (2.3)
     covariance: Array  # covariance of the return error x, y [m], theta [rad] of one ccw run, shape `(3, 3)`
     runs: int = 5  # number of runs in each direction
-    truck: Truck = LABMATE  # the nominal truck
-    side: float = 4.0  # length of each side of the square [m]
 
     @property
     def actual(self) -> Truck:
         """The truck as it is."""
-        return corrected_truck(self.truck, self.e_b, self.e_d)
+        return corrected_truck(LABMATE, self.e_b, self.e_d)
 
     def runs_of(
         self, chance: np.random.Generator, direction: int, count: int, believed: Truck | None = None
     ) -> Array:
         """Return the return errors `(count, runs, 3)` of `count` experiments in a direction: 0 cw, 1 ccw."""
-        end = square_returns(believed or self.truck, self.actual, self.side)[direction]
+        end = square_returns(believed or LABMATE, self.actual, SIDE)[direction]
         noise = chance.multivariate_normal(
             np.zeros(3), self.covariance, (count, self.runs), method="cholesky"
         )
@@ -69,43 +68,42 @@ class Trial:
     def drive(self, chance: np.random.Generator, believed: Truck | None = None) -> Experiment:
         """Return an experiment of a robot whose odometry uses `believed`, or the nominal truck."""
         cw, ccw = (self.runs_of(chance, direction, 1, believed)[0] for direction in (0, 1))
-        return Experiment("trial", believed or self.truck, ReturnErrors(cw, ccw, self.side, "trial"))
+        return Experiment("trial", believed or LABMATE, ReturnErrors(cw, ccw, SIDE, "trial"))
 
 
-def after_calibration(trial: Trial, count: int, method: Method = "printed", seed: int = 0) -> Array:
+def after_calibration(trial: Trial, count: int) -> Array:
     """Return E_max,syst [m] `(count,)` of robots calibrated once and driven again, as in U Table I."""
-    chance = np.random.default_rng(seed)
-    trucks = (calibrate(trial.drive(chance), method).truck for _ in range(count))
+    chance = np.random.default_rng(0)
+    trucks = (calibrate(trial.drive(chance), "printed").truck for _ in range(count))
     return np.array([trial.drive(chance, truck).errors.e_max_syst for truck in trucks])
 
 
-def left_over(trial: Trial, count: int, method: Method, seed: int = 0) -> Array:
+def left_over(trial: Trial, count: int, method: Method) -> Array:
     """Return E_max,syst [m] `(count,)` that robots calibrated once would have without any scatter."""
-    chance = np.random.default_rng(seed)
+    chance = np.random.default_rng(0)
     sizes = []
     for _ in range(count):
         calibrated = calibrate(trial.drive(chance), method).truck
-        ends = square_returns(calibrated, trial.actual, trial.side)
+        ends = square_returns(calibrated, trial.actual, SIDE)
         sizes.append(float(np.hypot(ends[:, 0], ends[:, 1]).max()))
     return np.array(sizes)
 
 
-def efficiency(trial: Trial, count: int, *, estimated_weights: bool = True, seed: int = 0) -> Array:
+def efficiency(trial: Trial, count: int, *, estimated_weights: bool = True) -> Array:
     """Return the mean square errors of E_b and E_d `(2,)` of the weighted fit over their Cramer-Rao bounds.
 
     The weights come from the scatter of the runs, as on a robot, or from the true covariance.
     """
-    chance = np.random.default_rng(seed)
+    chance = np.random.default_rng(0)
     cw, ccw = (trial.runs_of(chance, direction, count) for direction in (0, 1))
     if estimated_weights:
-        factors = weighted_factors(trial.truck, trial.side, cw, ccw)
+        factors = weighted_factors(LABMATE, SIDE, cw, ccw)
     else:
-        weights = weights_of(np.sqrt(np.diag(trial.covariance)), (trial.runs, trial.runs), trial.side)
+        weights = weights_of(np.sqrt(np.diag(trial.covariance)), (trial.runs, trial.runs), SIDE)
         centres = np.stack([cw.mean(axis=1), ccw.mean(axis=1)], axis=1)
-        factors = np.exp(fit_factors(centres, weights, trial.truck, trial.side)[0])
+        factors = np.exp(fit_factors(centres, weights, LABMATE, SIDE)[0])
     square = np.mean((factors - [trial.e_b, trial.e_d]) ** 2, axis=0)
-    runs = (trial.runs, trial.runs)
-    bound = factor_bound(trial.truck, (trial.e_b, trial.e_d), trial.side, runs, trial.covariance)
+    bound = factor_bound((trial.e_b, trial.e_d), (trial.runs, trial.runs), trial.covariance)
     return np.asarray(square / np.diag(bound), np.float64)
 
 
@@ -132,7 +130,7 @@ def free_coverage(trial: Trial, count: int, seed: int = 0) -> tuple[float, int]:
     true = with_errors(robot, {"a": trial.e_b}, {"a": trial.e_d})
     wheelbase, held = true.trucks["a"].wheelbase, []
     for number in range(seed, seed + count):
-        recording = simulate(robot, Truth(true, seed=number), umbmark(trial.side, trial.runs))
+        recording = simulate(robot, Truth(true, seed=number), umbmark(SIDE, trial.runs))
         try:
             fitted = calibrate_truck([recording], with_offset=True, with_time=True).quantities[0]
         except CalibrationError:
@@ -141,16 +139,14 @@ def free_coverage(trial: Trial, count: int, seed: int = 0) -> tuple[float, int]:
     return float(np.mean(held)), len(held)
 
 
-def factor_bound(
-    truck: Truck, factors: tuple[float, float], side: float, runs: tuple[int, int], covariance: Array
-) -> Array:
+def factor_bound(factors: tuple[float, float], runs: tuple[int, int], covariance: Array) -> Array:
     """Return the smallest covariance `(2, 2)` of E_b and E_d that an unbiased estimate can have.
 
     `runs` are the numbers of cw and of ccw runs; `covariance` is that of the return error x, y [m], theta
     [rad] of one ccw run, whose mirror image a cw run has. An infinite variance means: not measured.
     """
     logs = np.log(np.array(factors, np.float64))
-    slopes = factor_ends(truck, side, logs)[1] / np.exp(logs)
+    slopes = factor_ends(LABMATE, SIDE, logs)[1] / np.exp(logs)
     used = np.isfinite(np.diag(covariance))
     information = np.zeros((2, 2))
     for slope, count, mirror in zip(slopes, runs, (MIRROR, np.ones(3)), strict=True):
