@@ -33,7 +33,6 @@ from omnimate.fleet.hall.robots import HallRobot
 from omnimate.fleet.model.changes import detect_changes, select_faulty
 from omnimate.fleet.model.floor import Floor, estimate_floor
 from omnimate.fleet.model.histories import (
-    History,
     NominalVariation,
     RobotInformation,
     estimate_nominal_variation,
@@ -138,7 +137,8 @@ def numbers_of(
     return floor.robot_information([lap_of(hall, robot, day, minutes, linkage) for robot in robots])
 
 
-def study(laps: Laps, days: int, say: Callable[[str], object]) -> tuple[Outcome, list[History]]:
+def study(laps: Laps, days: int, say: Callable[[str], object]) -> Outcome:
+    """Return what comes out of some days; `say` is called with a sentence after each."""
     hall = laps.hall
     driven, week = [], min(WEEK, days)
     for day in range(week):
@@ -154,7 +154,6 @@ def study(laps: Laps, days: int, say: Callable[[str], object]) -> tuple[Outcome,
     del driven
     reports: dict[int, list[Change]] = {}
     nominal: dict[str, NominalVariation] = {}
-    histories: list[History] = []
     judged = 0
     for day in range(week - 1, days):
         if day >= week:
@@ -168,7 +167,7 @@ def study(laps: Laps, days: int, say: Callable[[str], object]) -> tuple[Outcome,
         judged += len(changes)
         reports[day] = select_faulty(changes)
         say(f"day {day}: {', '.join(change.robot for change in reports[day])}")
-    return outcome(hall, floor.places, crossed, reports, nominal, judged), histories
+    return outcome(hall, floor.places, crossed, reports, nominal, judged)
 
 
 def segments_over(place: Place, driven: Sequence[RecordingFeatures]) -> int:
@@ -250,7 +249,7 @@ def main() -> int:
     )
     with multiprocessing.Pool(given.jobs) as pool:
         laps = Laps(hall, given.minutes, given.linkage, pool)
-        result, _ = study(laps, given.days, lambda text: print(text, file=sys.stderr, flush=True))
+        result = study(laps, given.days, lambda text: print(text, file=sys.stderr, flush=True))
         pool.close()
         pool.join()
     spent = sum(os.times()[:4])  # of this process and of those that it waited for
