@@ -1,35 +1,24 @@
 """Figures of real robots come out as files of the format that their names ask for."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from omnimate.figures.files import PlotError
 from studies.figures import plot_errors, plot_turns
 
-
-def test_errors_of_sets_are_drawn_side_by_side(tmp_path):
-    columns = {"nominal": [0.005, 0.018], "calibrated": [0.003, 0.010], "found": [0.002, 0.012]}
-    plot_errors(["square/1", "free/2"], columns, tmp_path / "errors.svg")
-    text = (tmp_path / "errors.svg").read_text()
-    assert text.count("<!-- square/1 -->") == 1
-    assert "calibrated" in text
-
-
-def test_turns_are_drawn_with_both_lines(tmp_path):
-    wheels = np.linspace(-3.0, 3.0, 20)
-    plot_turns(wheels, 0.4 * wheels, 2.5, tmp_path / "turns.svg", title="a robot")
-    text = (tmp_path / "turns.svg").read_text()
-    assert "as described" in text
-    assert "2.50" in text
+COLUMNS = {"nominal": [0.005, 0.018], "calibrated": [0.003, 0.010], "found": [0.002, 0.012]}
+ERRORS = partial(plot_errors, ["square/1", "free/2"], COLUMNS)
+TURNS = partial(plot_turns, np.linspace(-3.0, 3.0, 20), np.linspace(-1.2, 1.2, 20), 2.5, title="a robot")
 
 
 @pytest.mark.parametrize(
-    "draw",
-    [
-        lambda path: plot_errors(["a"], {"b": [1.0]}, path),
-        lambda path: plot_turns(np.ones(2), np.ones(2), 1.0, path),
-    ],
+    ("draw", "words"), [(ERRORS, ("<!-- square/1 -->", "calibrated")), (TURNS, ("as described", "2.50"))]
 )
-def test_an_unknown_format_is_refused(tmp_path, draw):
+def test_a_figure_names_what_it_shows_and_an_unknown_format_is_refused(tmp_path, draw, words):
+    draw(tmp_path / "figure.svg")
+    text = (tmp_path / "figure.svg").read_text()
+    assert all(word in text for word in words)
     with pytest.raises(PlotError, match="unknown format"):
-        draw(tmp_path / "errors.gif")
+        draw(tmp_path / "figure.gif")

@@ -64,13 +64,6 @@ def test_a_smaller_number_of_cases_is_drawn_by_the_seed():
     assert drawn(LABELS, Request(cases=99)) == LABELS
 
 
-@pytest.mark.parametrize("name", ["concealed", "concealed2", "contact"])
-def test_a_labelled_set_that_is_not_here_is_left_out(tmp_path, name):
-    (world,) = chosen(tmp_path, [name])
-    with pytest.raises(AbsentError, match=f"{name} is not there: {name} is left out"):
-        corpus(world, tmp_path)
-
-
 def test_a_world_whose_engine_is_not_installed_is_left_out_and_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr("studies.mismatch.worlds.registry.find_spec", lambda _name: None)
     (world,) = chosen(tmp_path, ["bullet"])
@@ -108,17 +101,3 @@ def test_the_nameless_world_conceals_nothing_else(tmp_path):
     (nameless,) = chosen(tmp_path, ["nameless"])
     found = corpus(nameless, tmp_path, Request(seed=1, cases=1))
     assert [effect["effect"] for label in found.labels.values() for effect in label["effects"]] == ["unknown"]
-
-
-def test_the_engines_cases_are_drawn_by_the_seed_and_written_case_by_case(tmp_path, monkeypatch):
-    made = []
-
-    def ask_all(_write, wanted, _jobs, _report, _kept):
-        made.append(wanted)
-        return {name: {"kind": case.kind} for name, (_, case, _) in wanted.items()}
-
-    monkeypatch.setattr("studies.mismatch.run.ask_all", ask_all)
-    for number, seed in enumerate((1, 1, 2)):
-        corpus(worlds(tmp_path)["engine"], tmp_path / str(number), Request(seed, cases=20))
-    assert len(made[0]) == 20
-    assert list(made[0]) == list(made[1]) != list(made[2])

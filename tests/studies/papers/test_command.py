@@ -2,6 +2,7 @@
 
 import pytest
 
+from studies.papers.command import run, stages, under_way
 from studies.papers.linkage_numbers import linkage_numbers
 from studies.papers.rows import Row
 
@@ -46,3 +47,15 @@ def test_a_folder_that_cannot_be_made_is_one_sentence(studies, one_stage, tmp_pa
     result = studies("reproduce", "--jobs", 1, "--figures", tmp_path / "file" / "in")
     assert result.code == 1
     assert "cannot be made" in result.err
+
+
+def test_stages_in_two_processes_give_what_one_gives():
+    plan = [stage for stage in stages(quick=True) if stage[0] in {"U: equations", "C and O: equations"}]
+    assert dict(run(plan, 2)) == dict(run(plan, 1))
+
+
+def test_as_many_stages_are_under_way_as_there_are_processes_until_the_last_ones():
+    plan = [("first", tuple), ("second", tuple), ("third", tuple)]
+    assert under_way(plan, [], 2) == ["first", "second"]
+    assert under_way(plan, ["first"], 2) == ["second", "third"]
+    assert under_way(plan, ["first", "third"], 2) == ["second"]

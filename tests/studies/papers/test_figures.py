@@ -3,7 +3,6 @@
 import pytest
 
 from studies.papers.figures import draw_all
-from studies.papers.protocols import lap_errors_of
 
 
 @pytest.mark.slow
@@ -12,7 +11,3 @@ def test_all_figures_of_the_papers_are_drawn(tmp_path):
     assert [name[:3] for name in names] == ["u06", "u11", "c08", "c10", "o05", "o06", "o07", "o08", "gro"]
     for name in names:
         assert (tmp_path / "new" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_figures_show_the_first_robot_of_the_table():
-    assert lap_errors_of(0, "cw")["OmniMate"].shape == (10, 3)

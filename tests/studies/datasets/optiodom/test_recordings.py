@@ -5,7 +5,6 @@ import pytest
 
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.reference import dead_reckoned
-from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import between, compose
 from studies.datasets.optiodom.drives import each_recording, read_set
@@ -42,12 +41,3 @@ def test_squares_keep_their_side_and_the_direction_that_their_wheels_turn(runs, 
         run = runs[f"diff/square/230620202042/run-{number:02}"].run
         assert (run.protocol, run.side) == ("umbmark", expected.side)
         assert [lap.direction for lap in run.laps] == [square.direction]
-
-
-def test_a_run_survives_its_folder(runs, tmp_path):
-    recording = runs["diff/free/020120212354/run-01"]
-    save_recording(recording, tmp_path)
-    loaded = load_recording(tmp_path)
-    np.testing.assert_array_equal(loaded.counts, recording.counts)
-    assert loaded.vehicle == recording.vehicle
-    assert loaded.run == recording.run

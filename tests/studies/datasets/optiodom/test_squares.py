@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.calib.errors import DirectionError
 from omnimate.calib.umbmark.experiment import calibrate
-from studies.datasets.optiodom.drives import OptiOdomError, find_sets
+from studies.datasets.optiodom.drives import OptiOdomError
 from studies.datasets.optiodom.scores import experiment_of_optiodom, read_squares
 
 FIRST = "real/optiodom/diff/square/230620202042"
@@ -73,10 +73,3 @@ def test_runs_that_are_no_squares_are_refused(tmp_path: Path) -> None:
     """A straight drive does not turn once around."""
     with pytest.raises(DirectionError, match="not one square"):
         experiment_of_optiodom(folder(tmp_path))
-
-
-def test_kinds_of_folders(tmp_path: Path) -> None:
-    """The metadata file is what tells an OptiOdom folder."""
-    with pytest.raises(OptiOdomError, match="under it; expected folders"):
-        find_sets(tmp_path)
-    assert find_sets(folder(tmp_path))
