@@ -49,20 +49,8 @@ def test_a_baseline_finds_a_line_in_speed_and_predicts_it_on_another_drive(metho
 
 
 RESULTS = [
-    {
-        "effect": "wheelbase",
-        "component": "a",
-        "gain": 100.0,
-        "gains": {"law": 90.0, "pysindy": -5.0},
-        "law": "",
-    },
-    {
-        "effect": "bump",
-        "component": "a.left",
-        "gain": 50.0,
-        "gains": {"law": 0.0, "pysindy": 10.0},
-        "law": "",
-    },
+    {"effect": name, "component": "a", "gain": gain, "gains": {"law": law, "pysindy": other}, "law": ""}
+    for name, gain, law, other in (("wheelbase", 100.0, 90.0, -5.0), ("bump", 50.0, 0.0, 10.0))
 ]
 
 
