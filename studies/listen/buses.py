@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -18,30 +17,24 @@ from studies.listen.objects import Shaft
 STEP = 0.005  # [s]
 
 
-@dataclass
-class Motion:
-    """Angles and lengths over time."""
+def drive(random: Generator, seconds: float, trucks: int) -> tuple[Array, dict[str, Array]]:
+    """Return a drive of straights, arcs, turns on the spot and stops.
 
-    time: Array  # times [s], shape `(N,)`
-    wheels: dict[str, Array]  # angle of each wheel over time by its channel, forward positive [rad]
-    joints: dict[str, Array] = field(default_factory=dict)  # angle of each joint over time [rad]
-    link: Array | None = None  # length of the link [m]; None for one truck
-
-
-def drive(random: Generator, seconds: float, trucks: int) -> Motion:
-    """Return a drive of straights, arcs, turns on the spot and stops."""
+    It is the times [s], shape `(N,)`, and by channel over them the angles of wheels, forward positive, and of
+    joints [rad], and the length of the link [m].
+    """
     time = np.arange(0.0, seconds, STEP)
     top = math.exp(random.uniform(math.log(0.15), math.log(2.0)))
     wheelbase = random.uniform(0.25, 0.9)
     speed, turn = commands(random, len(time), top, wheelbase, spot=trucks == 1)
     base = {"a": wheelbase, "b": wheelbase * (1.0 if random.random() < 0.7 else random.uniform(0.9, 1.1))}
     diameter = random.uniform(0.08, 0.4)
-    wheels = _wheels(speed, turn, "a", base["a"], diameter, random)
-    if trucks == 1:
-        return Motion(time, wheels)
-    follow = _follow(random, speed, turn)
-    wheels |= _wheels(follow[0], follow[1], "b", base["b"], diameter, random)
-    return Motion(time, wheels, {"joint_a": follow[2], "joint_b": follow[3]}, follow[4])
+    angles = _wheels(speed, turn, "a", base["a"], diameter, random)
+    if trucks == 2:
+        speed, turn, joint_a, joint_b, link = _follow(random, speed, turn)
+        angles |= _wheels(speed, turn, "b", base["b"], diameter, random)
+        angles |= {"joint_a": joint_a, "joint_b": joint_b, "link": link}
+    return time, angles
 
 
 def commands(random: Generator, count: int, top: float, wheelbase: float, *, spot: bool) -> Iterator[Array]:
@@ -128,16 +121,16 @@ def make_bus(eds: str, seed: int, path: Path) -> Bus:
     files = eds_files() | {eds: path}
     random = np.random.default_rng([seed, *eds.encode()])
     trucks = 1 if random.random() < 0.55 else 2
-    motion = drive(random, SECONDS + 2, trucks)
+    time, angles = drive(random, SECONDS + 2, trucks)
+    wheels = [name for name in angles if "." in name]
     boots = bool(random.random() < 0.4)
     session = float(random.uniform(2.5, 5.0)) if boots else None
-    angles = {**motion.wheels, **motion.joints, **({"link": motion.link} if motion.link is not None else {})}
-    shafts = {name: Shaft(random, motion.time, angle, name) for name, angle in angles.items()}
-    for wheel in motion.wheels:  # the wheels of a robot are alike, seldom mirrored or of another resolution
+    shafts = {name: Shaft(random, time, angle, name) for name, angle in angles.items()}
+    for wheel in wheels:  # the wheels of a robot are alike, seldom mirrored or of another resolution
         if random.random() < 0.85:
             shafts[wheel].scale = shafts["a.left"].scale
     mirrored = random.random() < 0.6
-    for wheel in motion.wheels:
+    for wheel in wheels:
         if random.random() < 0.9:
             shafts[wheel].sign = -1 if mirrored and wheel.endswith("left") else 1
     ids = iter(random.permutation(np.arange(1, 100)).tolist())
