@@ -47,12 +47,16 @@ def alike(
     return {name: left for name, left in apart.items() if left < SEPARATE}
 
 
-def separations(others: Mapping[Name, float]) -> list[dict[str, Any]]:
-    """Return effects that `alike` gives as a label holds them."""
-    return [
-        {"effect": effect, "component": component, "separation": round(apart, 2)}
-        for (effect, component), apart in others.items()
+def measured_label(
+    effect: str, component: str, parameters: Mapping[str, Any], strength: float, others: Mapping[Name, float]
+) -> dict[str, Any]:
+    """Return the label of an effect of some strength, with the others that `alike` gives."""
+    acceptable = [
+        {"effect": name, "component": place, "separation": round(apart, 2)}
+        for (name, place), apart in others.items()
     ]
+    known = {"sigmas_above_noise": round(strength, 2), "acceptable": acceptable}
+    return {**label(effect, component, parameters), **known}
 
 
 def rivals(
@@ -161,12 +165,8 @@ class Strong:
 
     def label(self) -> dict[str, Any]:
         """Return the label of the effect, as `labels.json` holds it."""
-        injection = self.injection
-        return {
-            **label(injection.effect, injection.component, injection.parameters),
-            "sigmas_above_noise": round(self.strength, 2),
-            "acceptable": separations(self.alike),
-        }
+        put = self.injection
+        return measured_label(put.effect, put.component, put.parameters, self.strength, self.alike)
 
 
 def draw(drives: Sequence[Drive], ruler: Ruler, chance: Generator) -> Strong | None:

@@ -38,27 +38,6 @@ def write_engine(folder: Path, request: Request, jobs: int, report: Report) -> M
     return write_all(make, drawn(wanted, request), folder, jobs, report)
 
 
-def write_drawn(
-    maker: str,
-    counts: tuple[int, int],
-    library: str,
-    folder: Path,
-    request: Request,
-    jobs: int,
-    report: Report,
-) -> Mapping[str, Label]:
-    """Write cases that depend on seed and number alone, by a function of an engine."""
-    if find_spec(library) is None:
-        raise AbsentError(
-            f"{library} is not installed (the extra `{folder.name}`): {folder.name} is left out"
-        )
-    count = request.cases or counts[0 if request.quick else 1]
-    made = {f"{folder.name}-{number:04d}": (request.seed, number) for number in range(count)}
-    module, function = f"studies.mismatch.engines.{maker}".rsplit(".", 1)
-    write_one = getattr(import_module(module), function)
-    return write_all(partial(write_one, faultless=request.healthy), made, folder, jobs, report)
-
-
 LABELLED = ("concealed", "concealed2", "contact", "contact2", "unnamed")  # folders of recordings with labels
 
 
@@ -80,7 +59,18 @@ def worlds(data: Path) -> dict[str, World]:
 def _drawn(
     name: str, title: str, maker: str, counts: tuple[int, int], library: str, *, foreign: bool = False
 ) -> WrittenWorld:
-    return WrittenWorld(name, title, partial(write_drawn, maker, counts, library), foreign=foreign)
+    """Return a world of cases that depend on seed and number alone, which a function of an engine makes."""
+
+    def write(folder: Path, request: Request, jobs: int, report: Report) -> Mapping[str, Label]:
+        if find_spec(library) is None:
+            raise AbsentError(f"{library} is not installed (the extra `{name}`): {name} is left out")
+        count = request.cases or counts[0 if request.quick else 1]
+        made = {f"{name}-{number:04d}": (request.seed, number) for number in range(count)}
+        module, function = f"studies.mismatch.engines.{maker}".rsplit(".", 1)
+        write_one = getattr(import_module(module), function)
+        return write_all(partial(write_one, faultless=request.healthy), made, folder, jobs, report)
+
+    return WrittenWorld(name, title, write, foreign=foreign)
 
 
 def chosen(data: Path, names: Sequence[str]) -> list[World]:

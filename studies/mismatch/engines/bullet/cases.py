@@ -143,14 +143,6 @@ class _Case:
     floor: Floor
     ahead: Array
 
-    @property
-    def laps(self) -> list[tuple[str, float, float]]:
-        """Laps as (direction, start [s], end [s])."""
-        start, period = self.setting.start, self.course.period
-        return [
-            (name, start + first * period, start + last * period) for name, first, last in self.course.laps
-        ]
-
     def driven(self, chassis: Chassis, floor: Floor, hidden: Sequence[Fault]) -> Drive:
         """Return a drive with faults, its poses where the truck turns about its axle."""
         for fault in hidden:
@@ -162,7 +154,11 @@ class _Case:
     def log(self, driven: Drive, counts: NDArray[np.int64] | None = None) -> Log:
         """Return a drive as it is recorded; without counts, for what needs none."""
         counts = np.zeros((len(driven.time), 0), np.int64) if counts is None else counts
-        return Log(driven.time + self.setting.start, counts, driven.poses, self.laps)
+        start, period = self.setting.start, self.course.period
+        laps = [
+            (name, start + first * period, start + last * period) for name, first, last in self.course.laps
+        ]
+        return Log(driven.time + start, counts, driven.poses, laps)
 
     def seen(self, driven: Drive, hidden: Sequence[Fault]) -> Seen:
         """Return a drive as sensors with these faults, and no other error, see it; poses as they are."""

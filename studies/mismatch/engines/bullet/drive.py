@@ -73,16 +73,6 @@ class Floor:
         return np.asarray(smooth * self.slope / np.gradient(smooth, CELL, axis=0).std())
 
 
-def lay_box(box: Box) -> int:
-    """Lay a box on the floor, and return its number in the simulation."""
-    half = [0.5 * box.size[0], 0.5 * box.size[1], box.size[2]]  # half of it below the floor's middle
-    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half)
-    turn = pybullet.getQuaternionFromEuler([0.0, 0.0, box.heading])
-    number = pybullet.createMultiBody(0, shape, basePosition=[*box.place, 0.0], baseOrientation=turn)
-    pybullet.changeDynamics(number, -1, lateralFriction=GRIP)
-    return int(number)
-
-
 @dataclass(slots=True)
 class Tyres:
     grip: dict[int, float]  # friction of each wheel's tyre, by the number of its link
@@ -206,8 +196,13 @@ class _Run:
         self._settle()
 
     def _laid(self, box: Box) -> int:
-        """Return the number of a box that only the wheel meets which it is meant for."""
-        number, links = lay_box(box), self.scene.links
+        """Lay a box that only the wheel meets which it is meant for, and return its number."""
+        half = [0.5 * box.size[0], 0.5 * box.size[1], box.size[2]]  # half of it below the floor's middle
+        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half)
+        turn = pybullet.getQuaternionFromEuler([0.0, 0.0, box.heading])
+        number = int(pybullet.createMultiBody(0, shape, basePosition=[*box.place, 0.0], baseOrientation=turn))
+        pybullet.changeDynamics(number, -1, lateralFriction=GRIP)
+        links = self.scene.links
         meant = {links[name] for name in self.chassis.wheels[box.wheel].links}
         for other in {-1, *links.values()} - meant:
             pybullet.setCollisionFilterPair(self.scene.body, number, other, -1, 0)

@@ -14,7 +14,7 @@ from studies.mismatch.engines.engine import Floor
 from studies.mismatch.engines.faults import FARTHER
 from studies.mismatch.engines.laws import altered
 from studies.mismatch.engines.programmes import PROGRAMMES, wide_programme
-from studies.mismatch.engines.rivals import alike, separations
+from studies.mismatch.engines.rivals import alike, measured_label
 from studies.mismatch.engines.scene import SEEDS, START, Scene, drawn_parameters
 from studies.mismatch.engines.strength import Drive, Noise, Ruler, left_of, rates, residual
 from studies.mismatch.engines.vocabulary import (
@@ -25,7 +25,6 @@ from studies.mismatch.engines.vocabulary import (
     WHEELS,
     Array,
     case_label,
-    label,
     set_bump_times,
 )
 from studies.mismatch.engines.wide.robots import secondary, wide_measuring, wide_robot, within
@@ -238,10 +237,8 @@ def _change(fault: Fault, setting: _Setting, healthy: _Healthy) -> Array:
 def _label(hidden: _Hidden, setting: _Setting, driven: Log, healthy: _Healthy) -> dict[str, Any]:
     """Return the label of a fault, with its strength and what this drive cannot tell from it."""
     effect, component, parameters = hidden.fault
-    labelled = label(effect, component, parameters)
     others = alike(hidden.change, effect, component, parameters, [healthy.drive], healthy.ruler)
-    labelled["sigmas_above_noise"] = round(hidden.strength, 2)
-    labelled["acceptable"] = separations(others)
+    labelled = measured_label(effect, component, parameters, hidden.strength, others)
     if effect == "unknown":
         labelled["kind"] = parameters["kind"]
         labelled["outside"] = round(outside(hidden.change, healthy.drive, healthy.ruler), 3)
