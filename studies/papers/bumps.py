@@ -17,7 +17,9 @@ from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.se2 import Array
 from studies.papers.robots import fine
 
-_CROSSING = 0.02  # [m] over which the loss is spread
+LOST = chord_loss(0.075, 0.010)  # [m] C Table I
+SPEED, PERIOD, LINK = 0.5, 0.040, 1.0  # [m/s], [s], [m] C 3.1
+_BEFORE, _CROSSING = 0.5, 0.02  # [m] of travel before the bump, and over which its loss is spread
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,25 +32,18 @@ class BumpDrive:
     way: Array  # travel that the wheels have rolled [m], shape `(N,)`
 
 
-def bump_drive(
-    vehicle: VehicleParameters,
-    lost: float,
-    *,
-    speed: float = 0.5,
-    before: float = 0.5,
-    after: float = 2.0,
-) -> BumpDrive:
+def bump_drive(vehicle: VehicleParameters, lost: float, *, after: float = 2.0) -> BumpDrive:
     """Return a straight drive in line over one bump under truck a's right wheel, all else being perfect.
 
-    The wheel loses some travel [m] on the bump; speed is in m/s, the travel before and after it in m.
+    The wheel loses some travel [m] on the bump, and goes on for the travel `after` it [m].
     NoLinkageError: the robot has a single truck.
     """
     if vehicle.linkage is None:
         raise NoLinkageError(vehicle.name)
-    step = speed * vehicle.bus.sync_period
-    way: Array = step * np.arange(math.ceil((before + _CROSSING + after) / step) + 1, dtype=np.float64)
+    step = SPEED * vehicle.bus.sync_period
+    way: Array = step * np.arange(math.ceil((_BEFORE + _CROSSING + after) / step) + 1, dtype=np.float64)
     travel = np.repeat(way[:, None], 4, axis=1)
-    travel[:, WHEELS.index("a.right")] -= lost * np.clip((way - before) / _CROSSING, 0.0, 1.0)
+    travel[:, WHEELS.index("a.right")] -= lost * np.clip((way - _BEFORE) / _CROSSING, 0.0, 1.0)
     steps = np.diff(travel, axis=0)
     pose_a = integrate(arc(steps[:, 0], steps[:, 1], vehicle.trucks["a"].wheelbase))
     behind = (-vehicle.linkage.length, 0.0, 0.0)
@@ -93,9 +88,6 @@ def bump_errors(lost: float, wheelbase: float, interval: float, link_length: flo
     return BumpErrors(heading, lost / wheelbase, inside, misread, heading - misread)
 
 
-LOST = chord_loss(0.075, 0.010)  # [m] C Table I
-SPEED, PERIOD, LINK = 0.5, 0.040, 1.0  # [m/s], [s], [m] C 3.1
-_BEFORE = 0.5  # [m]
 _INTERVALS = 15  # that are shown after the bump
 
 
@@ -113,7 +105,7 @@ def bump_growth() -> Growth:
     """Return what one 10 mm bump under truck a's right wheel does, all else being perfect."""
     robot = fine()
     robot = replace(robot, bus=replace(robot.bus, sync_period=PERIOD))
-    drive = bump_drive(robot, LOST, speed=SPEED, before=_BEFORE)
+    drive = bump_drive(robot, LOST)
     met = int(np.searchsorted(drive.way, _BEFORE - 1e-9))
     shown = slice(met, met + _INTERVALS + 1)
     start = drive.pose_a[0]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from omnimate.effects.crossing import cable_loss, chord_loss, edge_loss
+from omnimate.effects.crossing import cable_loss, edge_loss
 from omnimate.ipec.corrections import advance_one
 from omnimate.ipec.corrector import Corrector, correct
 from omnimate.ipec.readings import ordered_counts
@@ -20,13 +20,12 @@ from omnimate.vehicle.linkage import link_heading, place_follower
 from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.se2 import Array, between, compose, wrap
 from omnimate.vehicle.sonar import Sonar
-from studies.papers.bumps import bump_drive, bump_errors
+from studies.papers.bumps import LINK, LOST, PERIOD, SPEED, bump_drive, bump_errors
 from studies.papers.robots import clapper, fine
 from studies.papers.rows import Row, judged, number
 
 EXACT = Sonar(sigma=0.0)
 _RADIUS, _HEIGHT, _WHEELBASE = 0.075, 0.010, 0.340  # [m] C 6
-_INTERVAL, _LINK = 0.020, 1.0  # [m] 0.5 m/s in 40 ms; C 6
 
 
 def linkage_numbers() -> tuple[Row, ...]:
@@ -35,12 +34,11 @@ def linkage_numbers() -> tuple[Row, ...]:
 
 def bumps() -> tuple[Row, ...]:
     """Return C Table I and (6)-(8), and what the exact geometry makes of a bump."""
-    lost = chord_loss(_RADIUS, _HEIGHT)
-    errors = bump_errors(lost, _WHEELBASE, _INTERVAL, _LINK)
+    errors = bump_errors(LOST, _WHEELBASE, SPEED * PERIOD, LINK)
     arc, cable = (math.degrees(loss(_RADIUS, _HEIGHT) / _WHEELBASE) for loss in (edge_loss, cable_loss))
     inside = math.floor(1e5 * errors.lateral_in_interval) / 100.0  # the print cuts off
     return (
-        number("C", "Table I", "travel lost on a 10 mm bump [mm]", 2.63, 1e3 * lost, 2),
+        number("C", "Table I", "travel lost on a 10 mm bump [mm]", 2.63, 1e3 * LOST, 2),
         number("C", "Table I", "heading error [deg]", 0.44, math.degrees(errors.heading), 2),
         number("C", "Table I", "lateral error after 10 m [mm]", 77.0, 10e3 * errors.lateral, 0),
         number("C", "(6)", "lateral error in an interval, cut off [mm]", 0.15, inside, 2),

@@ -51,12 +51,6 @@ def test_a_world_that_was_not_written_to_its_end_goes_on(tmp_path):
     assert corpus(written([]), tmp_path).labels == LABELS
 
 
-def test_another_request_needs_another_folder(tmp_path):
-    corpus(written([]), tmp_path)
-    with pytest.raises(OmnimateError, match="needs a folder of its own: --out"):
-        corpus(written([]), tmp_path, Request(seed=2))
-
-
 def test_a_smaller_number_of_cases_is_drawn_by_the_seed():
     first, again, other = (drawn(LABELS, Request(seed, cases=4)) for seed in (1, 1, 2))
     assert len(first) == 4
