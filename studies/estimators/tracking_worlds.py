@@ -109,13 +109,9 @@ def _name(label: dict[str, Any]) -> str:
     return label.get("name") or effects or "healthy"
 
 
-def _engine_cases() -> Iterable[tuple[int, Any]]:
-    """Return three healthy robots, and each effect of the engine's vocabulary."""
-    names: list[tuple[tuple[str, str], ...]] = [()] * 3
-    names += [
-        ((effect, VOCABULARY[effect].components[0]),) for effect in VOCABULARY if effect not in NO_SENSE
-    ]
-    return enumerate(names)
+# What is concealed in each case of the engine: nothing in three, and each effect of its vocabulary.
+SINGLE = tuple(((name, own.components[0]),) for name, own in VOCABULARY.items() if name not in NO_SENSE)
+CONCEALED: tuple[tuple[tuple[str, str], ...], ...] = ((),) * 3 + SINGLE
 
 
 def _write_engine(at: Path, seed: int, number: int, effects: tuple[tuple[str, str], ...]) -> dict[str, Any]:
@@ -148,7 +144,7 @@ def _write_drawn(engine: str, at: Path, seed: int, number: int, _content: None) 
 
 
 WORLDS = {
-    "engine": World(_engine_cases, _write_engine, "."),
+    "engine": World(lambda: enumerate(CONCEALED), _write_engine, "."),
     "mujoco": World(_mujoco_cases, _write_mujoco),
     # of PyBullet the linked pairs
     "bullet": World(lambda: ((number, None) for number in range(2, 62, 5)), partial(_write_drawn, "bullet")),

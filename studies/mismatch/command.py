@@ -191,10 +191,8 @@ def open_loop_table(title: str, labels: Mapping[str, Any], answers: Answers) -> 
 def instead_table(title: str, reported: Counter[tuple[str, str]]) -> Table:
     """Return a table of the names that counted as right in the truth's place, for who judges otherwise."""
     what = f"{title}: counted as right, as the drive cannot tell them apart"
-    table = new_table(what, ("truth", "reported first"), ("cases",))
-    for (truth, name), count in reported.most_common():
-        table.add_row(truth, name, str(count))
-    return table
+    rows = ((*names, str(count)) for names, count in reported.most_common())
+    return new_table(what, ("truth", "reported first"), ("cases",), rows)
 
 
 def redriven_table(title: str, audits: Sequence[Audit]) -> Table:
