@@ -75,13 +75,16 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
     """
     signals = [windows.signals for windows in regression.windows]
     curves, turned = shared_quantities(signals), turns(signals)
-    groups, white = [], []
     pairs = zip(regression.windows, curves, strict=True)
-    for of_recordings in zip(*(_columns(*pair, turned=turned) for pair in pairs), strict=True):
-        of_error, _ = of_recordings[0]
-        groups += of_error
-        columns = regression.whitened([build() for _, build in of_recordings])
-        white.append(columns.astype(np.float32)[:, [column for _, order in of_error for column in order]])
+    errors_of_recordings = list(zip(*(_columns(*pair, turned=turned) for pair in pairs), strict=True))
+    groups = [group for (of_error, _), *_ in errors_of_recordings for group in of_error]
+    columns = np.empty((len(regression.owner), sum(len(order) for _, order in groups)), np.float32)
+    first = 0
+    for of_recordings in errors_of_recordings:  # all at once in double precision would take much memory
+        order = [column for _, of_group in of_recordings[0][0] for column in of_group]
+        white = regression.whitened([build() for _, build in of_recordings])
+        columns[:, first : first + len(order)] = white[:, order]
+        first += len(order)
     odds = UNKNOWN_PRIOR.log_odds - math.log(len(groups) / len({group[:2] for group, _ in groups}))
     terms = [
         Term(UNKNOWN, component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
@@ -90,7 +93,7 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
     return UnknownErrors(
         terms,
         [len(order) for _, order in groups],
-        np.hstack(white),
+        columns,
         {quantity: 2 * len(values) for quantity, values in curves[0].items()},
         _curves_of_rows(regression, curves),
     )
