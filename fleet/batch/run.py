@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.store import recordings_in
@@ -114,7 +114,12 @@ def _by_dask(
     store: str, results: str, recordings: Sequence[StoredRecording], diagnosed: bool, workers: Workers
 ) -> Iterator[Outcome]:
     """Yield the outcome of each recording, in the order of completion."""
-    distributed = _distributed()
+    try:
+        import distributed  # noqa: PLC0415 -- an extra
+    except ImportError as error:
+        raise FleetError(
+            "workers", "several processes or a scheduler need Dask: pip install 'omnimate[cluster]'"
+        ) from error
     with distributed.Client(**_cluster(workers)) as client:
         futures = {
             client.submit(
@@ -123,8 +128,8 @@ def _by_dask(
             for stored in recordings
         }
         for future in distributed.as_completed(list(futures)):
-            error = future.exception()
-            yield futures[future], future.result() if error is None else error
+            failure = future.exception()
+            yield futures[future], future.result() if failure is None else failure
 
 
 def _cluster(workers: Workers) -> dict[str, object]:
@@ -139,13 +144,3 @@ def _cluster(workers: Workers) -> dict[str, object]:
         "dashboard_address": "127.0.0.1:0",  # any free port: the default one may be in use
         "silence_logs": logging.CRITICAL,  # errors are returned with their recordings
     }
-
-
-def _distributed() -> Any:  # noqa: ANN401 -- without types
-    try:
-        import distributed  # noqa: PLC0415 -- an extra
-    except ImportError as error:
-        raise FleetError(
-            "workers", "several processes or a scheduler need Dask: pip install 'omnimate[cluster]'"
-        ) from error
-    return distributed
