@@ -226,14 +226,7 @@ def read_in_process(
     # as nice as the service: a client waits for it
     with running("recording", _read, *arguments, memory=memory, niceness=0) as process:
         outcome = process.outcome(lambda _message: time.monotonic() < end)
-    if outcome is None:
-        raise TooLargeError(f"this recording was not read within {timeout:g} s; cut it into shorter ones")
-    if "limit" in outcome:
-        raise TooLargeError(f"{outcome['error']}; cut it into shorter ones")
-    if "error" in outcome:
-        raise InvalidValueError("recording", outcome["error"])
-    if "extracted" not in outcome:
-        raise TooLargeError(f"this recording cannot be read: {outcome['died']}; cut it into shorter ones")
+    outcome = _require_read(outcome, timeout)
     return cast("T", outcome["extracted"]), outcome["problems"]
 
 
@@ -258,17 +251,23 @@ def find_unreadable(
 
     with running("recording", _read_all, str(root), folders, memory=memory, niceness=0) as process:
         outcome = process.outcome(go_on)
-    if outcome is not None and "unreadable" in outcome:
-        return cast("dict[str, str]", outcome["unreadable"])
+    return cast("dict[str, str]", _require_read(outcome, timeout, reading)["unreadable"])
+
+
+def _require_read(outcome: dict[str, Any] | None, timeout: float, folder: str = "") -> dict[str, Any]:
+    """Return the outcome of a process that reads, or raise its error, which names a folder of several."""
     if outcome is None:
         why = f"this recording was not read within {timeout:g} s"
     elif "died" in outcome:
         why = f"this recording cannot be read: {outcome['died']}"
-    else:
+    elif "limit" in outcome:
         why = outcome["error"]
-        if "limit" not in outcome:
-            raise InvalidValueError(reading, why)
-    raise TooLargeError(f"{reading}: {why}; cut it into shorter ones")
+    elif "error" in outcome:
+        raise InvalidValueError(folder or "recording", outcome["error"])
+    else:
+        return outcome
+    about = f"{folder}: " if folder else ""
+    raise TooLargeError(f"{about}{why}; cut it into shorter ones")
 
 
 def read_relative(root: str, folder: str, source: str) -> tuple[Recording, list[str]]:
