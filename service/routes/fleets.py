@@ -23,7 +23,7 @@ from omnimate.service.fleets.results import fleet_view
 from omnimate.service.fleets.upload import store_day
 from omnimate.service.jobs.queue import cancel_job
 from omnimate.service.routes.common import ALWAYS, After, Done, Limit, Page
-from omnimate.service.routes.recordings import BINARY, Zip
+from omnimate.service.routes.recordings import ZIP_BODY, Zip
 from omnimate.service.store.tables import BatchRow, FleetRow, find_row, read_page
 from omnimate.service.umbmark.models import Id
 
@@ -70,12 +70,7 @@ def get_fleet(fleet: FleetName, call: Reading) -> Fleet:
     return fleet_view(row, call.components.stores.results_of(fleet))
 
 
-@router.post(
-    "/{fleet}/recordings",
-    status_code=201,
-    response_model=Upload,
-    openapi_extra={"requestBody": {"required": True, "content": {"application/zip": BINARY}}},
-)
+@router.post("/{fleet}/recordings", status_code=201, response_model=Upload, openapi_extra=ZIP_BODY)
 def upload_day(fleet: FleetName, call: Operating, content: Zip) -> Response:
     """Upload a zip of folders robot=NAME/day=YYYY-MM-DD/RECORDING/. What is there already is replaced.
 

@@ -21,7 +21,8 @@ router = APIRouter(prefix="/v1/recordings", tags=["recordings"], responses=ALWAY
 RecordingId = Annotated[Id, PathParameter(description="The id of the recording.")]
 ZIP_TYPES = ("application/zip", "application/x-zip-compressed", "application/octet-stream")
 MAX_IN_MEMORY = 4_000_000  # [bytes] of an upload; a larger one is written to a temporary file
-BINARY = {"schema": {"type": "string", "format": "binary"}}
+ZIP_CONTENT = {"application/zip": {"schema": {"type": "string", "format": "binary"}}}
+ZIP_BODY = {"requestBody": {"required": True, "content": ZIP_CONTENT}}
 
 
 class Recording(RowModel):
@@ -56,12 +57,7 @@ async def zip_of(request: Request) -> bytes:
 Zip = Annotated[bytes, Depends(zip_of)]
 
 
-@router.post(
-    "",
-    status_code=201,
-    response_model=Recording,
-    openapi_extra={"requestBody": {"required": True, "content": {"application/zip": BINARY}}},
-)
+@router.post("", status_code=201, response_model=Recording, openapi_extra=ZIP_BODY)
 def upload_recording(
     call: Operating,
     content: Zip,  # after the call: the body of a caller who may not upload is not read
@@ -92,11 +88,7 @@ def get_recording(recording_id: RecordingId, call: Reading) -> Recording:
         return Recording.of(find_row(db, RecordingRow, recording_id))
 
 
-@router.get(
-    "/{recording_id}/download",
-    response_class=Response,
-    responses={200: {"content": {"application/zip": BINARY}}},
-)
+@router.get("/{recording_id}/download", response_class=Response, responses={200: {"content": ZIP_CONTENT}})
 def download_recording(recording_id: RecordingId, call: Reading) -> Response:
     """Return the zip of the recording folder."""
     with call.components.database.reading() as db:
