@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from omnimate.driver.canopen.cia402 import FAULT, FAULT_MASK, FAULT_REACTION
 from omnimate.service.robot.faults import vda5050
@@ -25,7 +25,6 @@ UNKNOWN = (
     "charging is not known. safetyState is what the drives report: eStop where one was stopped from outside; "
     "protective fields, and an eStop that no drive reports, are not known"
 )
-ConnectionState = Literal["ONLINE", "OFFLINE", "CONNECTIONBROKEN"]
 
 
 @dataclass(slots=True)
@@ -53,11 +52,6 @@ class Sender:
             "serialNumber": self.serial,
         }
         return header | content
-
-
-def connection(state: ConnectionState) -> dict[str, Any]:
-    """Return the content of a connection message."""
-    return {"connectionState": state}
 
 
 def state_of(status: RobotStatus, actions: list[dict[str, Any]]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 from omnimate.service.errors import ServiceError
 from omnimate.service.threads import RepeatingThread
-from omnimate.service.vda5050.messages import Sender, action_state, connection, state_of, with_actions
+from omnimate.service.vda5050.messages import Sender, action_state, state_of, with_actions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,7 +57,7 @@ class Publisher(RepeatingThread):
         client = self._client
         client.on_connect = lambda *_: self._go_online()
         client.on_message = lambda _client, _data, message: self._carry_out(message)
-        broken = self._sender.message("connection", connection("CONNECTIONBROKEN"), time.time())
+        broken = self._sender.message("connection", {"connectionState": "CONNECTIONBROKEN"}, time.time())
         client.will_set(self._sender.topic("connection"), json.dumps(broken), qos=1, retain=True)
         client.connect_async(self._host, self._port)
         client.loop_start()
@@ -67,7 +67,7 @@ class Publisher(RepeatingThread):
         """Publish that the robot goes offline, and end the threads."""
         super().close()
         if self._client.is_connected():
-            self._publish("connection", connection("OFFLINE")).wait_for_publish(1.0)
+            self._publish("connection", {"connectionState": "OFFLINE"}).wait_for_publish(1.0)
         self._client.disconnect()
         self._client.loop_stop()
 
@@ -80,7 +80,7 @@ class Publisher(RepeatingThread):
 
     def _go_online(self) -> None:
         """Publish ONLINE, subscribe to instant actions, and have state and factsheet sent again."""
-        self._publish("connection", connection("ONLINE"))
+        self._publish("connection", {"connectionState": "ONLINE"})
         self._client.subscribe(self._sender.topic("instantActions"))
         with self._lock:
             self._sent_state, self._sent_wheels = {}, {}
