@@ -8,7 +8,6 @@ export class Problem extends Error {
   constructor(status, body) {
     super(body.detail || body.title || t("The service answered {status}.", { status }));
     this.status = status;
-    this.possible = body.possible ?? [];
     this.errors = body.errors ?? [];
   }
 }
@@ -42,10 +41,7 @@ export async function list(path) {
   return answer.items ?? answer;
 }
 
-export async function post(path, body, more = {}) {
-  const answer = await call("POST", path, { body, ...more });
-  return answer.status === 204 ? null : answer.json();
-}
+export const post = async (path, body, more = {}) => (await call("POST", path, { body, ...more })).json();
 
 export const remove = (path) => call("DELETE", path);
 

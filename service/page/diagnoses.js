@@ -1,7 +1,7 @@
 // Diagnoses: jobs with their progress, what they found, and their report.
 
 import { call, post } from "./api.js";
-import { $, actionButton, announce, el, pages, show } from "./dom.js";
+import { $, actionButton, announce, el, pages, showing } from "./dom.js";
 import { t } from "./language.js";
 import { showReport } from "./report-dialog.js";
 import { on } from "./stream.js";
@@ -20,11 +20,7 @@ export function setUpDiagnoses() {
 }
 
 export async function listJobs() {
-  try {
-    await pages("/v1/diagnoses", 10, $("jobs"), jobItem, $("no-jobs"), $("more-jobs"));
-  } catch (problem) {
-    show($("jobs-message"), problem);
-  }
+  await showing($("jobs-message"), () => pages("/v1/diagnoses", 10, $("jobs"), jobItem, $("no-jobs"), $("more-jobs")));
 }
 
 function jobItem(job) {

@@ -52,6 +52,23 @@ export async function attempt(button, message, work) {
   }
 }
 
+/** Carry out an action when a form is sent; its button and its message have its id with `-send` and `-message`. */
+export function onSubmit(id, work) {
+  $(id).addEventListener("submit", (event) => {
+    event.preventDefault();
+    attempt($(`${id}-send`), $(`${id}-message`), work);
+  });
+}
+
+/** Carry out an action that may fail; a problem is shown in the node `message`. */
+export async function showing(message, work) {
+  try {
+    await work();
+  } catch (problem) {
+    show(message, problem);
+  }
+}
+
 /** Show a problem in the node `message`, and focus the field that it names. */
 export function show(message, problem, form = null) {
   say(message, problem.message, "wrong");

@@ -2,7 +2,7 @@
 
 import { call, get } from "./api.js";
 import { VERDICTS } from "./diagnoses.js";
-import { $, attempt, el, pages, row, say, show } from "./dom.js";
+import { $, attempt, el, pages, row, say, showing } from "./dom.js";
 import { address, STATES } from "./fleet.js";
 import { historyPlot } from "./fleet-drawings.js";
 import { numberName, robotSays } from "./fleet-words.js";
@@ -25,7 +25,7 @@ export async function openFleetRobot(fleet, robot) {
   $("fleet-robot-title").textContent = robot;
   $("fleet-back").href = `#fleet/${encodeURIComponent(fleet)}`;
   $("fleet-back").textContent = t("All robots of {fleet}", { fleet });
-  try {
+  await showing($("fleet-robot-message"), async () => {
     const { robot: about, courses } = await get(address(fleet, "robots", robot, "history"));
     say($("fleet-robot-message"));
     $("fleet-robot-state").textContent = STATES[about.state];
@@ -35,9 +35,7 @@ export async function openFleetRobot(fleet, robot) {
     $("fleet-history").replaceChildren(...courses.map((course) => el("figure", {}, historyPlot(course, since?.name === course.name ? since.since : null), el("figcaption", {}, numberName(course.name)))));
     if (!courses.length) $("fleet-history").replaceChildren(el("p", { class: "soft" }, t("No daily report judges this robot yet.")));
     await pages(address(fleet, "robots", robot, "recordings"), 20, $("fleet-recordings"), recordingRow, $("no-fleet-recordings"), $("more-fleet-recordings"));
-  } catch (problem) {
-    show($("fleet-robot-message"), problem);
-  }
+  });
 }
 
 function recordingRow({ day, recording, way, triage, says, diagnosis, problem }) {

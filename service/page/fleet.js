@@ -2,7 +2,7 @@
 
 import { call, get, post } from "./api.js";
 import { JOB_STATES } from "./diagnoses.js";
-import { $, actionButton, announce, attempt, el, pages, say, show } from "./dom.js";
+import { $, actionButton, announce, attempt, el, onSubmit, pages, say, show, showing } from "./dom.js";
 import { floorMap } from "./fleet-drawings.js";
 import { placeSays, robotSays } from "./fleet-words.js";
 import { t } from "./language.js";
@@ -20,10 +20,7 @@ export const address = (name, ...more) => ["/v1/fleets", ...[name, ...more].map(
 export function setUpFleet() {
   $("fleet-name").addEventListener("change", () => (location.hash = `#fleet/${encodeURIComponent($("fleet-name").value)}`));
   $("fleet-floor-name").addEventListener("change", async () => showFloor(await get(`${address(fleet, "nights", "latest", "floor")}?floor=${encodeURIComponent($("fleet-floor-name").value)}`)));
-  $("fleet-start").addEventListener("submit", (event) => {
-    event.preventDefault();
-    attempt($("fleet-start-send"), $("fleet-start-message"), make);
-  });
+  onSubmit("fleet-start", make);
   setUpUpload("fleet-", upload);
   $("batch-start").addEventListener("click", () => attempt($("batch-start"), $("batch-message"), async () => {
     await post(address(fleet, "batches"), { diagnose: $("fleet-diagnose").checked });
@@ -35,7 +32,7 @@ export function setUpFleet() {
 
 /** Show a fleet; without a name, the newest one. */
 export async function openFleet(name) {
-  try {
+  await showing($("fleet-message"), async () => {
     const { items } = await get("/v1/fleets?limit=200");
     fleet = name ?? fleet ?? items[0]?.name ?? null;
     $("fleet-name").replaceChildren(...items.map((each) => el("option", { value: each.name }, each.name)));
@@ -48,9 +45,7 @@ export async function openFleet(name) {
     }
     $("fleet-name").value = fleet;
     await Promise.all([showFleet(), listBatches()]);
-  } catch (problem) {
-    show($("fleet-message"), problem);
-  }
+  });
 }
 
 async function make() {

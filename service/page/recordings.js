@@ -1,7 +1,7 @@
 // Recordings: list, upload by choosing or dropping, download, delete; choose some to diagnose.
 
 import { call, get, post, remove, save } from "./api.js";
-import { $, actionButton, attempt, el, pages, row, show } from "./dom.js";
+import { $, actionButton, attempt, el, pages, row, showing } from "./dom.js";
 import { listJobs } from "./diagnoses.js";
 import { t } from "./language.js";
 import { showLearned } from "./learned.js";
@@ -30,11 +30,7 @@ async function upload(file) {
 }
 
 async function listRecordings() {
-  try {
-    await pages("/v1/recordings", 20, $("recording-list"), recordingRow, $("no-recordings"), $("more-recordings"));
-  } catch (problem) {
-    show($("recordings-message"), problem);
-  }
+  await showing($("recordings-message"), () => pages("/v1/recordings", 20, $("recording-list"), recordingRow, $("no-recordings"), $("more-recordings")));
   showChosen();
 }
 

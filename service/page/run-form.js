@@ -1,7 +1,7 @@
 // The form for a run that a person measured: millimetres and degrees here, metres and radians on the wire.
 
 import { post } from "./api.js";
-import { $, announce, attempt, el, say } from "./dom.js";
+import { $, announce, el, onSubmit, say } from "./dom.js";
 import { cornerDrawing } from "./drawings.js";
 import { t } from "./language.js";
 import { metres, radians, read } from "./units.js";
@@ -29,10 +29,7 @@ export function setUpRunForm(current, afterAdding) {
   $("geometry").querySelector(".fields").append(...Object.entries(GEOMETRY).map(([name, [label, usual]]) => field(`geometry.${name}`, label, "mm", usual)));
   for (const choice of $("sample").elements.by) choice.addEventListener("change", showFields);
   $("from-robot").addEventListener("change", showCalculated);
-  $("sample").addEventListener("submit", (event) => {
-    event.preventDefault();
-    attempt($("sample-send"), $("sample-message"), add);
-  });
+  onSubmit("sample", add);
   showFields();
 }
 

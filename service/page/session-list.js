@@ -1,7 +1,7 @@
 // UMBmark sessions: the form that starts a session, and the list of all sessions.
 
 import { list, post } from "./api.js";
-import { $, attempt, el, pages, row, say, show } from "./dom.js";
+import { $, el, onSubmit, pages, row, say, showing } from "./dom.js";
 import { squareDrawing } from "./drawings.js";
 import { t } from "./language.js";
 import { on } from "./stream.js";
@@ -14,21 +14,16 @@ export const STATES = {
 
 export function setUpSessionList() {
   $("squares").append(squareDrawing("cw"), squareDrawing("ccw"));
-  $("start").addEventListener("submit", (event) => {
-    event.preventDefault();
-    attempt($("start-send"), $("start-message"), begin);
-  });
+  onSubmit("start", begin);
   on("session", () => $("calibrate").hidden || listSessions());
 }
 
 export async function openSessionList() {
-  try {
+  await showing($("start-message"), async () => {
     const items = await list("/v1/vehicles");
     $("start-vehicle").replaceChildren(...items.map(({ name, version }) => el("option", { value: name }, t("{name} (version {version})", { name, version }))));
     say($("start-message"));
-  } catch (problem) {
-    show($("start-message"), problem);
-  }
+  });
   await listSessions();
 }
 
@@ -44,12 +39,10 @@ async function begin() {
 }
 
 async function listSessions() {
-  try {
+  await showing($("sessions-message"), async () => {
     await pages("/v1/umbmark/sessions", 10, $("sessions"), sessionRow, $("no-sessions"), $("more-sessions"));
     say($("sessions-message"));
-  } catch (problem) {
-    show($("sessions-message"), problem);
-  }
+  });
 }
 
 function sessionRow(session) {

@@ -1,14 +1,14 @@
 // A UMBmark session: its state, its runs as they come, and the calls that it allows.
 
 import { get, post, remove } from "./api.js";
-import { $, actionButton, announce, attempt, el, row, say, show } from "./dom.js";
+import { $, actionButton, announce, attempt, el, row, say, showing } from "./dom.js";
 import { clusterDrawing, reach, sums } from "./clusters.js";
 import { t } from "./language.js";
 import { Plan } from "./plan.js";
 import { clearResult, showResult } from "./result.js";
 import { setUpRunForm, showRunForm } from "./run-form.js";
 import { on } from "./stream.js";
-import { setUpRecordedRuns, showRecordedRuns } from "./recorded-runs.js";
+import { showRecordedRuns } from "./recorded-runs.js";
 import { deg, mm, number, size } from "./units.js";
 import { STATES } from "./session-list.js";
 
@@ -23,7 +23,6 @@ export const address = (session, ...more) => ["/v1/umbmark/sessions", session.id
 export function setUpSession() {
   plan = new Plan($("small-plan"));
   setUpRunForm(() => now, reload);
-  setUpRecordedRuns(() => now, reload);
   const setUpButton = (id, work) => $(id).addEventListener("click", () => attempt($(id), $("session-message"), work));
   setUpButton("solve", async () => {
     await post(address(now, "solve"), {});
@@ -39,29 +38,25 @@ export function setUpSession() {
 
 export async function openSession(id) {
   if (now?.id !== id) forget();
-  try {
+  await showing($("session-message"), async () => {
     now = await get(`/v1/umbmark/sessions/${encodeURIComponent(id)}`);
     vehicle = await get(`/v1/vehicles/${encodeURIComponent(now.vehicle)}`);
     plan.vehicle = vehicle;
     await showSession();
     say($("session-message"));
-  } catch (problem) {
-    show($("session-message"), problem);
-  }
+  });
 }
 
 /** Show the session as it is now. Of several simultaneous requests, the newest one counts. */
 async function reload() {
   const request = (requests += 1);
-  try {
+  await showing($("session-message"), async () => {
     const session = await get(address(now));
     if (request !== requests || session.id !== now.id) return;
     if (session.detail !== now.detail) announce(session.detail);
     now = session;
     await showSession();
-  } catch (problem) {
-    show($("session-message"), problem);
-  }
+  });
 }
 
 function forget() {
@@ -93,7 +88,7 @@ async function showSession() {
   showLaps();
   showRuns();
   showRunForm(now, vehicle);
-  await showRecordedRuns(now);
+  await showRecordedRuns(now, reload);
   if (["solved", "accepted"].includes(state)) await showResult(now, reload);
   else clearResult();
 }

@@ -1,7 +1,7 @@
 // The form that changes the sizes of a vehicle. It changes these numbers alone in the text of vehicle.toml, so that comments stay.
 
 import { call, get } from "./api.js";
-import { $, announce, attempt, el, say } from "./dom.js";
+import { $, announce, el, onSubmit, say } from "./dom.js";
 import { t } from "./language.js";
 import { metres, read, typed } from "./units.js";
 import { differenceTable, sizesOf } from "./vehicle-sizes.js";
@@ -13,10 +13,7 @@ let fields = [];
 
 /** `refresh` shows the newest version of a vehicle everywhere else on the page. */
 export function setUpVehicleForm(refresh) {
-  $("edit").addEventListener("submit", (event) => {
-    event.preventDefault();
-    attempt($("edit-send"), $("edit-message"), () => send(refresh));
-  });
+  onSubmit("edit", () => send(refresh));
   $("edit-reset").addEventListener("click", () => showVehicleForm(vehicle));
 }
 

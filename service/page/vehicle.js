@@ -1,7 +1,7 @@
 // A vehicle: its parameters, how they became what they are, and its exports.
 
 import { call, get, list, saveBlob } from "./api.js";
-import { $, attempt, el, row, say, show } from "./dom.js";
+import { $, attempt, el, row, say, show, showing } from "./dom.js";
 import { t } from "./language.js";
 import { mm, read, when } from "./units.js";
 import { setUpVehicleForm, showVehicleForm } from "./vehicle-edit.js";
@@ -20,7 +20,7 @@ export function setUpVehicle() {
 }
 
 export async function openVehicle() {
-  try {
+  await showing($("vehicle-message"), async () => {
     const items = await list("/v1/vehicles");
     const before = $("vehicle-name").value;
     $("vehicle-name").replaceChildren(...items.map(({ name }) => el("option", { value: name }, name)));
@@ -31,15 +31,13 @@ export async function openVehicle() {
     }
     if (items.some(({ name }) => name === before)) $("vehicle-name").value = before;
     await showOne($("vehicle-name").value);
-  } catch (problem) {
-    show($("vehicle-message"), problem);
-  }
+  });
 }
 
 const address = (name, ...more) => ["/v1/vehicles", encodeURIComponent(name), ...more].join("/");
 
 async function showOne(name) {
-  try {
+  await showing($("vehicle-message"), async () => {
     const [vehicle, versions] = await Promise.all([get(address(name)), list(address(name, "versions"))]);
     say($("vehicle-message"));
     $("vehicle-title").textContent = t("{name}, version {version}", vehicle);
@@ -48,9 +46,7 @@ async function showOne(name) {
     showHistory(versions, Object.keys(vehicle.trucks));
     showComparison(versions);
     await showExport();
-  } catch (problem) {
-    show($("vehicle-message"), problem);
-  }
+  });
 }
 
 function showParameters({ trucks, link_length: link }) {
