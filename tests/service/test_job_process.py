@@ -58,9 +58,14 @@ def test_a_process_that_ends_without_a_result_has_died(close):
     assert outcome_of(messages, close=close) == {"died": "its process ended with code -9"}
 
 
+def run(work, *arguments, **options):
+    """Return the outcome of a job in a process of its own."""
+    with running("diagnosis", work, *arguments, **options) as process:
+        return process.outcome(lambda _message: True)
+
+
 def test_a_folder_that_is_no_recording_is_an_error_with_its_reason(tmp_path):
-    with running("diagnosis", run_diagnosis, str(tmp_path), [("lap", "lap")]) as process:
-        outcome = process.outcome(lambda _message: True)
+    outcome = run(run_diagnosis, str(tmp_path), [("lap", "lap")])
     assert outcome["error"] == "lap: no such folder; a recording is a folder with vehicle.toml and can.log"
 
 
@@ -88,50 +93,36 @@ def niceness(_report):
 
 
 def test_a_job_that_takes_too_much_memory_fails_with_its_reason_and_is_not_tried_again():
-    with running("diagnosis", take_memory, 2_000_000_000, memory=1_000_000_000) as process:
-        outcome = process.outcome(lambda _message: True)
+    outcome = run(take_memory, 2_000_000_000, memory=1_000_000_000)
     assert outcome == {"error": "this diagnosis takes more than 1000 MB of memory", "limit": "memory"}
     row = JobRow(state="running", attempts=1)
     assert not finish_job(row, outcome)
     assert (row.state, row.error) == ("failed", outcome["error"])
 
 
-LIMITED = """
-import resource
-resource.setrlimit(resource.RLIMIT_DATA, (1_000_000_000, 1_000_000_000))
-from omnimate.service.jobs.process import running
-from tests.service.test_job_process import niceness
-with running("diagnosis", niceness) as process:
-    print(process.outcome(lambda _message: True))
-"""
-
-
-def test_a_job_runs_where_the_service_itself_may_take_less_memory_than_jobs():
-    ended = subprocess.run([sys.executable, "-c", LIMITED], capture_output=True, text=True, check=True)
-    assert "niceness" in ended.stdout
-
-
 def test_a_job_gives_way_to_the_service():
-    with running("diagnosis", niceness) as process:
-        outcome = process.outcome(lambda _message: True)
-    assert outcome == {"niceness": min(os.nice(0) + NICENESS, 19)}
+    assert run(niceness) == {"niceness": min(os.nice(0) + NICENESS, 19)}
 
 
-NO_SOCKET = """
-from omnimate.service.jobs.process import running
-from tests.service.test_job_process import niceness
+PROGRAM = """
+from tests.service.test_job_process import niceness, run
 if __name__ == "__main__":
-    with running("diagnosis", niceness) as process:
-        print(process.outcome(lambda _message: True))
+    print(run(niceness))
 """
+LITTLE_MEMORY = "import resource; resource.setrlimit(resource.RLIMIT_DATA, (1_000_000_000, 1_000_000_000))"
 
 
-def test_a_job_runs_where_the_temporary_folder_is_too_deep_for_a_socket(tmp_path):
-    deep = tmp_path / ("d" * 120)
-    deep.mkdir()
-    (deep / "job.py").write_text(NO_SOCKET)
-    environment = {**os.environ, "TMPDIR": str(deep), "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+@pytest.mark.parametrize(
+    ("first", "temporary"), [(LITTLE_MEMORY, "t"), ("", "d" * 120)], ids=["memory", "socket"]
+)
+def test_a_job_runs_where_memory_is_less_than_a_jobs_or_a_folder_too_deep_for_a_socket(
+    first, temporary, tmp_path
+):
+    folder = tmp_path / temporary
+    folder.mkdir()
+    (folder / "job.py").write_text(first + PROGRAM)
+    environment = {**os.environ, "TMPDIR": str(folder), "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     ended = subprocess.run(
-        [sys.executable, deep / "job.py"], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, folder / "job.py"], env=environment, capture_output=True, text=True, check=True
     )
     assert "niceness" in ended.stdout
