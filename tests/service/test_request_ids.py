@@ -62,21 +62,11 @@ def test_an_answer_of_the_limits_has_an_id_too(client):
     assert answer.json()["request_id"] == answer.headers["x-request-id"]
 
 
-def test_every_line_of_the_log_about_a_request_is_one_json_object_with_its_id(answers):
-    lines = []
-    handler = logging.Handler()
-    handler.emit = lambda record: lines.append(JsonLines().format(record))
-    logger = logging.getLogger("omnimate.service")
-    level = logger.level
-    logger.addHandler(handler)
-    logger.setLevel(logging.INFO)
-    try:
+def test_every_line_of_the_log_about_a_request_is_one_json_object_with_its_id(answers, caplog, monkeypatch):
+    monkeypatch.setattr(caplog.handler, "formatter", JsonLines())
+    with caplog.at_level(logging.INFO, "omnimate.service"):
         answers.get("/failing/a%0Ab", headers={"X-Request-ID": "seen"})
-    finally:
-        logger.removeHandler(handler)
-        logger.setLevel(level)
-    assert not any("\n" in line for line in lines)
-    written = [json.loads(line) for line in lines]
+    written = [json.loads(line) for line in caplog.text.splitlines()]
     assert {line["request_id"] for line in written} == {"seen"}
     assert {line["level"] for line in written} == {"info", "error"}
     request, error = sorted(written, key=lambda line: line["level"], reverse=True)
