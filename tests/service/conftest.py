@@ -5,12 +5,15 @@ import secrets
 import threading
 import time
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import cache
+from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
 import sqlalchemy
+from alembic import command
+from alembic.config import Config
 from fastapi.testclient import TestClient
 from sqlalchemy.exc import OperationalError
 
@@ -24,7 +27,8 @@ from omnimate.service.components import Components
 from omnimate.service.robot.robot_server import serve_robot
 from omnimate.service.settings import Settings
 from omnimate.service.store import vehicles
-from omnimate.service.store.database import Database
+from omnimate.service.store.database import MIGRATIONS, Database
+from omnimate.service.store.tables import RecordingRow
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, uncalibrated
@@ -32,8 +36,10 @@ from omnimate.vehicle.parameters import Truck
 
 SERVER = "postgresql+psycopg://postgres@127.0.0.1:5432/postgres"
 NOMINAL = reference_vehicle().trucks["a"]
+# The robot as it is, where runs are measured by hand.
 TRUE = Truck(wheelbase=0.336, wheel_diameter_left=0.1499, wheel_diameter_right=0.1501)
 SESSIONS = "/v1/umbmark/sessions"
+ZIP = {"Content-Type": "application/zip"}
 PATIENCE = 120.0  # [s] that a slow machine may take
 
 
@@ -43,6 +49,20 @@ def small_recording():
     vehicle = reference_vehicle()
     program = umbmark(0.2, 1, speed=0.4, link_length=vehicle.linkage.length)
     return simulate(vehicle, Truth(vehicle, seed=1), program)
+
+
+@pytest.fixture(scope="session")
+def recording_folder(small_recording, tmp_path_factory):
+    """The folder of that recording."""
+    folder = tmp_path_factory.mktemp("small") / "recording"
+    save_recording(small_recording, folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def recording_files(recording_folder):
+    """The files of that recording by their names."""
+    return {path.name: path.read_bytes() for path in recording_folder.iterdir()}
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -88,11 +108,36 @@ def postgresql_url(postgresql):
 @pytest.fixture(scope="module")
 def database(tmp_path_factory):
     """A new SQLite database that holds the reference robot, without a service."""
-    opened = Database(f"sqlite:///{tmp_path_factory.mktemp('database')}/service.db")
-    with opened.writing() as db:
+    yield from with_reference_robot(Database(f"sqlite:///{tmp_path_factory.mktemp('database')}/service.db"))
+
+
+def with_reference_robot(database):
+    """Yield a database after the reference robot was added, and close it."""
+    with database.writing() as db:
         vehicles.create(db, reference_vehicle(), vehicles.Origin("test"))
-    yield opened
-    opened.close()
+    yield database
+    database.close()
+
+
+def migrate(connection, revision):
+    """Make the tables of an earlier version, or bring them up to it."""
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS))
+    config.attributes["connection"] = connection
+    command.upgrade(config, revision)
+
+
+def recording_row():
+    """Return the row of a recording without a file."""
+    return RecordingRow(
+        id="rec", name="rec", vehicle="omnimate", samples=1, seconds=1.0, laps=0, poses=0, size=1,
+        created=0.0,
+    )  # fmt: skip
+
+
+def away(*_arguments, **_options):
+    """Take the place of what asks the database while that is away."""
+    raise OperationalError("", {}, OSError("the database is away"))
 
 
 class RobotInThread(threading.Thread):
@@ -124,6 +169,15 @@ def connected(components):
         yield client
 
 
+@pytest.fixture(scope="session")
+def url(tmp_path_factory):
+    """The address of a service in a process of its own."""
+    service_process = pytest.importorskip("studies.speed.service_process")
+    folder = tmp_path_factory.mktemp("live")
+    with service_process.serving(folder, f"sqlite:///{folder}/service.db", "--pace", "1000") as service:
+        yield service.url
+
+
 @pytest.fixture(scope="module")
 def service(database_url):
     """A client of a service on each database."""
@@ -147,64 +201,29 @@ def until(true, pause=0.02):
     return result
 
 
-@pytest.fixture(scope="session")
-def drive_zip(tmp_path_factory):
-    """Return a function that simulates a square of a side each way, and returns its recording as a zip."""
-
-    @lru_cache
-    def make(side, *, calibrated=False):
-        vehicle = reference_vehicle()
-        program = umbmark(side, 1, speed=0.4, link_length=vehicle.linkage.length)
-        truth = Truth(vehicle if calibrated else uncalibrated(vehicle), seed=3)
-        folder = tmp_path_factory.mktemp("drive") / "drive"
-        save_recording(simulate(vehicle, truth, program), folder)
+def zip_of(recording):
+    """Return a recording as the zip of its folder."""
+    with TemporaryDirectory() as place:
+        folder = Path(place) / "drive"
+        save_recording(recording, folder)
         return pack(folder)
 
-    return make
+
+@cache
+def drive_zip(side, *, calibrated=False):
+    """Simulate a square of a side each way; return its recording as a zip."""
+    vehicle = reference_vehicle()
+    program = umbmark(side, 1, speed=0.4, link_length=vehicle.linkage.length)
+    return zip_of(simulate(vehicle, Truth(vehicle if calibrated else uncalibrated(vehicle), seed=3), program))
 
 
-@pytest.fixture(scope="session")
-def uploaded(drive_zip):
-    """Return a function that uploads such a recording, and returns its id."""
-
-    def upload(client, side, **options):
-        headers = {"Content-Type": "application/zip"}
-        return client.post("/v1/recordings", content=drive_zip(side, **options), headers=headers).json()["id"]
-
-    return upload
+def uploaded(client, side, **options):
+    """Upload such a recording; return its id."""
+    return client.post("/v1/recordings", content=drive_zip(side, **options), headers=ZIP).json()["id"]
 
 
-@pytest.fixture(scope="session", name="until")
-def waited():
-    """Return a function that waits for a condition."""
-    return until
-
-
-@pytest.fixture(scope="session", name="serving")
-def served():
-    """Return a context manager that starts and stops a service."""
-    return serving
-
-
-@pytest.fixture(scope="session")
-def robot_in_thread():
-    """Return what starts the robot in a thread instead of a process."""
-    return RobotInThread
-
-
-@pytest.fixture(scope="session")
-def true_truck():
-    """The robot as it is, where runs are measured by hand."""
-    return TRUE
-
-
-@pytest.fixture(scope="session")
-def manual_runs():
-    """Return a function that yields squares as a person would measure them: odometry says (0, 0, 0)."""
-    return _manual_runs
-
-
-def _manual_runs(count=1, scatter=0.0):
+def manual_runs(count=1, scatter=0.0):
+    """Yield squares as a person would measure them: odometry says (0, 0, 0)."""
     chance = np.random.default_rng(1)
     centres = square_returns(NOMINAL, TRUE, 4.0)
     for turn, centre in zip(("cw", "ccw"), centres, strict=True):
@@ -217,25 +236,15 @@ def _manual_runs(count=1, scatter=0.0):
             }
 
 
-@pytest.fixture(scope="session")
-def started():
-    """Return a function that starts a session and returns its path."""
+def started(client, **options):
+    """Start a session; return its path."""
+    answer = client.post(SESSIONS, json={"side": 4.0, "runs": 2, **options})
+    assert answer.status_code == 201, answer.text
+    return f"{SESSIONS}/{answer.json()['id']}"
 
-    def start(client, **options):
-        answer = client.post(SESSIONS, json={"side": 4.0, "runs": 2, **options})
+
+def sampled(client, path, count=2, scatter=0.0):
+    """Post runs that a person measured."""
+    for run in manual_runs(count, scatter):
+        answer = client.post(f"{path}/samples", json=run)
         assert answer.status_code == 201, answer.text
-        return f"{SESSIONS}/{answer.json()['id']}"
-
-    return start
-
-
-@pytest.fixture(scope="session")
-def sampled():
-    """Return a function that posts runs by hand."""
-
-    def sample(client, path, count=2, scatter=0.0):
-        for run in _manual_runs(count, scatter):
-            answer = client.post(f"{path}/samples", json=run)
-            assert answer.status_code == 201, answer.text
-
-    return sample

@@ -4,7 +4,6 @@ import asyncio
 from types import SimpleNamespace
 
 import pytest
-from sqlalchemy.exc import OperationalError
 
 from omnimate.cli.errors import CallError
 from omnimate.cli.serve import _listen
@@ -13,10 +12,11 @@ from omnimate.service.access import Caller, add_key, revoke_key
 from omnimate.service.calls import Call
 from omnimate.service.routes import robot
 from omnimate.service.settings import Settings
+from tests.service.conftest import away, sampled, serving, started
 
 
 @pytest.fixture(scope="module")
-def keyed(tmp_path_factory, serving):
+def keyed(tmp_path_factory):
     """A service that holds keys once a test has added some."""
     with serving(f"sqlite:///{tmp_path_factory.mktemp('keyed')}/service.db") as client:
         yield client
@@ -37,12 +37,13 @@ def bearer(key):
 def test_with_keys_nothing_is_answered_without_one(locked):
     answer = locked.get("/v1/vehicles")
     assert answer.status_code == 401
+    assert locked.get("/v1/vehicles", headers={"Authorization": "Bearer omk_é".encode()}).status_code == 401
     assert answer.headers["www-authenticate"] == "Bearer"
     assert "omnimate key add" in answer.json()["detail"]
     assert locked.get("/healthz").status_code == 200
 
 
-def test_a_version_names_its_key_and_the_session_whose_result_it_is(database_url, serving, started, sampled):
+def test_a_version_names_its_key_and_the_session_whose_result_it_is(database_url):
     with serving(database_url) as client:
         with client.components.database.writing() as db:
             client.headers |= bearer(add_key(db, "laptop", "operate"))
@@ -63,11 +64,6 @@ def test_a_version_names_its_key_and_the_session_whose_result_it_is(database_url
         ("laptop", session),
         (None, None),
     ]
-
-
-@pytest.mark.parametrize("key", ["", "omk_", "omk_00000000_x", "x", "omk_é"])
-def test_a_wrong_key_is_none(locked, key):
-    assert locked.get("/v1/vehicles", headers={"Authorization": f"Bearer {key}".encode()}).status_code == 401
 
 
 def test_a_key_to_read_reads_and_stops_and_changes_nothing(locked):
@@ -112,11 +108,7 @@ def test_streams_end_when_their_key_is_revoked(locked, monkeypatch):
 def test_a_known_key_stops_the_robot_while_the_database_is_away(locked, monkeypatch):
     known, unknown = bearer(locked.keys["read"]), bearer(locked.keys["operate"])
     assert locked.get("/v1/vehicles", headers=known).status_code == 200
-
-    def refuse(*_arguments, **_options):
-        raise OperationalError("", {}, OSError("the database is away"))
-
-    monkeypatch.setattr(access, "caller_of", refuse)
+    monkeypatch.setattr(access, "caller_of", away)
     later = access.time.monotonic() + 3600.0
     monkeypatch.setattr(access, "time", SimpleNamespace(monotonic=lambda: later))
     assert locked.get("/v1/robot", headers=known).status_code == 503

@@ -10,6 +10,7 @@ from omnimate.service.settings import Settings
 from omnimate.service.store import vehicles
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import save_vehicle
+from tests.service.conftest import serving, until
 
 ROBOT = reference_vehicle()
 CHANGED = replace(ROBOT, trucks={**ROBOT.trucks, "a": replace(ROBOT.trucks["a"], wheelbase=0.35)})
@@ -49,7 +50,7 @@ def test_a_file_that_equals_a_former_version_adds_none(versions):
     assert versions(ROBOT) == [ROBOT, CHANGED]
 
 
-def test_a_fault_of_the_robot_leaves_a_folder_of_the_flight_recorder(tmp_path, serving, until, monkeypatch):
+def test_a_fault_of_the_robot_leaves_a_folder_of_the_flight_recorder(tmp_path, monkeypatch):
     cycles = iter(range(1_000_000))
 
     def fail_later(*_args):

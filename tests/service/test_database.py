@@ -7,14 +7,13 @@ from contextlib import ExitStack, closing
 
 import pytest
 import sqlalchemy
-from alembic import command
 from alembic.autogenerate import compare_metadata
-from alembic.config import Config
 from alembic.migration import MigrationContext
 from sqlalchemy.exc import IntegrityError, SQLAlchemyError
 
-from omnimate.service.store.database import BUSY_TIMEOUT, CONNECT_TIMEOUT, MIGRATIONS, Database, DatabaseError
+from omnimate.service.store.database import BUSY_TIMEOUT, CONNECT_TIMEOUT, Database, DatabaseError
 from omnimate.service.store.tables import Base, DeliveryRow, KeyRow, WebhookRow
+from tests.service.conftest import migrate
 
 
 def test_the_migrations_make_the_tables_of_the_code(database_url):
@@ -57,13 +56,6 @@ def fill(connection):
             if table.name == "findings":
                 row["kind"] = "place"
             connection.execute(table.insert().values(row))
-
-
-def migrate(connection, revision):
-    config = Config()
-    config.set_main_option("script_location", str(MIGRATIONS))
-    config.attributes["connection"] = connection
-    command.upgrade(config, revision)
 
 
 @pytest.mark.parametrize("revision", ["0001", "0002", "0003", "0004", "0005", "0006", "0007", "0008"])

@@ -5,21 +5,21 @@ import time
 import pytest
 
 from omnimate.service.store.tables import SessionRow
+from tests.service.conftest import SESSIONS, sampled, started, until
 
-SESSIONS = "/v1/umbmark/sessions"
 DRIVE = {"how": "drive", "side": 1.0, "runs": 1}
 LONG_DRIVE = {"how": "drive", "side": 50.0, "runs": 50}  # lasts until it is stopped
 
 
 @pytest.fixture
-def standing(client, until):
+def standing(client):
     """A service whose robot does not drive, before and after the test."""
     yield client
     client.post("/v1/robot/stop")
     until(lambda: client.get("/v1/robot").json()["driving"] is None)
 
 
-def test_a_driven_session_takes_its_own_samples_of_both_trucks(standing, started, until):
+def test_a_driven_session_takes_its_own_samples_of_both_trucks(standing):
     path = started(standing, **DRIVE)
     until(lambda: standing.get(path).json()["state"] != "driving", 0.2)
     session = standing.get(path).json()
@@ -33,7 +33,7 @@ def test_a_driven_session_takes_its_own_samples_of_both_trucks(standing, started
     assert trucks["a"]["calibrated"]["wheelbase"] < 0.34 < trucks["b"]["calibrated"]["wheelbase"]
 
 
-def test_a_stop_before_the_first_sample_of_a_drive_is_not_lost(standing, started, until, monkeypatch):
+def test_a_stop_before_the_first_sample_of_a_drive_is_not_lost(standing, monkeypatch):
     reservation = standing.components.robot.reservation
     begin = reservation.begin
 
@@ -51,7 +51,7 @@ def test_a_stop_before_the_first_sample_of_a_drive_is_not_lost(standing, started
         assert standing.post(f"{path}/resume").json()["state"] == "driving"
 
 
-def test_a_robot_that_was_stopped_in_mid_square_drives_home_and_goes_on(standing, started, until):
+def test_a_robot_that_was_stopped_in_mid_square_drives_home_and_goes_on(standing):
     path = started(standing, **DRIVE | {"side": 4.0, "runs": 50})  # more than it drives before the stop
     until(lambda: standing.get(path).json()["counts"]["cw"])
     until(lambda: abs(standing.get("/v1/robot").json()["state"]["plain"]["theta"]) > 1.5)
@@ -63,14 +63,14 @@ def test_a_robot_that_was_stopped_in_mid_square_drives_home_and_goes_on(standing
     until(lambda: sum(standing.get(path).json()["counts"].values()) > before)
 
 
-def test_only_one_session_drives(standing, started):
+def test_only_one_session_drives(standing):
     started(standing, **LONG_DRIVE)
     answer = standing.post(SESSIONS, json=DRIVE)
     assert answer.status_code == 409
     assert "drives for session" in answer.json()["detail"]
 
 
-def test_a_session_whose_service_has_died_is_interrupted(standing, started, until):
+def test_a_session_whose_service_has_died_is_interrupted(standing):
     path = started(standing)
     with standing.components.database.writing() as db:
         row = db.get(SessionRow, path.rpartition("/")[2])
@@ -79,7 +79,7 @@ def test_a_session_whose_service_has_died_is_interrupted(standing, started, unti
     assert "resume" in standing.get(path).json()["possible"]
 
 
-def test_accepting_gives_the_robot_its_new_parameters(standing, started, sampled, until):
+def test_accepting_gives_the_robot_its_new_parameters(standing):
     path = started(standing)
     sampled(standing, path)
     standing.post(f"{path}/solve")
@@ -89,7 +89,7 @@ def test_accepting_gives_the_robot_its_new_parameters(standing, started, sampled
     assert standing.get("/readyz").status_code == 200
 
 
-def test_the_bus_is_reported_node_by_node_and_frame_by_frame(standing, until):
+def test_the_bus_is_reported_node_by_node_and_frame_by_frame(standing):
     until(lambda: len(standing.get("/v1/bus").json()["nodes"]) == 11)
     bus = standing.get("/v1/bus").json()
     assert {node["names"][0] for node in bus["nodes"]} >= {"a.left", "link", "drive of b.right"}

@@ -32,7 +32,14 @@ from omnimate.service.fleets.webhooks import (
     signed_headers,
 )
 from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow
+from tests.service.conftest import until
 from tests.service.hall_results import DATES, FAULTY, daily_report, place
+
+
+def delivery(database):
+    """Return the only message."""
+    with database.reading() as db:
+        return db.query(DeliveryRow).one()
 
 
 def deliver_next(database, now, send=send_message):
@@ -181,21 +188,18 @@ def test_what_is_not_accepted_is_sent_again_after_the_standards_pauses_and_given
     while len(sent) < len(PAUSES):
         assert deliver_next(fleet, lambda: now[0], refuse)
         assert not deliver_next(fleet, lambda: now[0], refuse)
-        with fleet.reading() as db:
-            now[0] = db.query(DeliveryRow).one().due
+        now[0] = delivery(fleet).due
     assert len({identity for identity, _ in sent}) == 1
     times = [at for _, at in sent]
     assert [later - earlier for earlier, later in pairwise(times)] == list(PAUSES[1:])
-    with fleet.reading() as db:
-        row = db.query(DeliveryRow).one()
-        assert (row.state, row.attempts, row.answer) == ("given up", len(PAUSES), "503 busy")
+    row = delivery(fleet)
+    assert (row.state, row.attempts, row.answer) == ("given up", len(PAUSES), "503 busy")
 
 
 def test_a_receiver_that_wants_no_more_is_sent_no_more(fleet):
     note(fleet, replace(daily_report(), places=()))
     assert deliver_next(fleet, lambda: BEGIN, lambda _message, _now: (410, "410 Gone"))
-    with fleet.reading() as db:
-        assert db.query(DeliveryRow).one().state == "given up"
+    assert delivery(fleet).state == "given up"
 
 
 def test_messages_of_a_removed_webhook_do_not_wait(fleet):
@@ -224,8 +228,7 @@ def test_no_message_is_lost_when_services_die_while_they_send(database, dies):
                 settle(db, message, 200 if death == "never" else 500, death, now)
         now += max(LEASE, PAUSES[-1])
     assert arrived >= 1
-    with database.reading() as db:
-        assert db.query(DeliveryRow).one().state == "accepted"
+    assert delivery(database).state == "accepted"
 
 
 def test_the_signature_is_that_of_the_standards_example():
@@ -274,18 +277,16 @@ def test_a_message_arrives_signed_at_a_server_and_follows_no_redirect(fleet):
         server.shutdown()
     assert [(path, valid) for path, valid, _ in handler.received] == [("/hook", True)] * 2
     assert json.loads(handler.received[1][2])["type"] == "finding.opened"
-    with fleet.reading() as db:
-        row = db.query(DeliveryRow).one()
-        assert (row.state, row.answer) == ("accepted", "204 No Content")
+    row = delivery(fleet)
+    assert (row.state, row.answer) == ("accepted", "204 No Content")
 
 
 def test_a_receiver_that_is_not_there_is_tried_again(fleet):
     note(fleet, replace(daily_report(), places=()))
     assert deliver_next(fleet, lambda: BEGIN, send_message)
-    with fleet.reading() as db:
-        row = db.query(DeliveryRow).one()
-        assert (row.state, row.attempts) == ("waiting", 1)
-        assert "no answer" in row.answer
+    row = delivery(fleet)
+    assert (row.state, row.attempts) == ("waiting", 1)
+    assert "no answer" in row.answer
 
 
 def test_a_receiver_that_answers_byte_by_byte_is_left_when_the_time_of_an_attempt_is_over():
@@ -308,7 +309,7 @@ def test_a_receiver_that_answers_byte_by_byte_is_left_when_the_time_of_an_attemp
     assert next(looks) == 4
 
 
-def test_a_slow_receiver_delays_no_other_one_and_gets_one_message_at_a_time(fleet, until):
+def test_a_slow_receiver_delays_no_other_one_and_gets_one_message_at_a_time(fleet):
     with fleet.writing() as db:
         slow = add_webhook(db, "hall", "http://127.0.0.1:9/slow").id
     note(fleet, daily_report())

@@ -1,13 +1,13 @@
 """Fleets over REST: uploads, batches, daily reports, robots, floors, histories, reports."""
 
 import gzip
+import shutil
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
 from sqlalchemy.orm import Session
 
-from omnimate.files.recordings.folder import save_recording
 from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.hall.hall import draw_hall, write_store
 from omnimate.fleet.report_store import write_report
@@ -18,6 +18,7 @@ from omnimate.service.fleets.upload import store_day
 from omnimate.service.jobs.queue import claim_job
 from omnimate.service.store.recordings import find_unreadable
 from omnimate.service.store.tables import BatchRow, FleetRow, JobRow
+from tests.service.conftest import ZIP, until
 from tests.service.hall_results import (
     ASKED,
     DATES,
@@ -33,7 +34,6 @@ from tests.service.zips import zipped
 
 pytest.importorskip("pyarrow")
 PATH = "/v1/fleets"
-ZIP = {"Content-Type": "application/zip"}
 LIMIT = 10**8  # [bytes]
 ENDED = {"done", "failed", "cancelled"}
 
@@ -55,14 +55,6 @@ def hall(client):
     return made.headers["Location"]
 
 
-@pytest.fixture(scope="module")
-def recording_files(small_recording, tmp_path_factory):
-    """The files of a recording by their names."""
-    folder = tmp_path_factory.mktemp("small") / "recording"
-    save_recording(small_recording, folder)
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
-
-
 def zip_of(recordings):
     """Return a zip of recordings, given as the folder and the files of each."""
     members = (
@@ -73,7 +65,7 @@ def zip_of(recordings):
     return zipped(dict(members))
 
 
-def ended(client, path, until):
+def ended(client, path):
     """Return a batch when it has ended."""
     return until(lambda: (now := client.get(path).json())["state"] in ENDED and now)
 
@@ -100,7 +92,7 @@ def test_a_fleet_is_made_once_also_where_two_requests_make_it_at_once(client, mo
 
 
 @pytest.mark.slow
-def test_a_days_recordings_are_uploaded_and_a_batch_makes_their_results(client, day, until):
+def test_a_days_recordings_are_uploaded_and_a_batch_makes_their_results(client, day):
     location = client.post(PATH, json={"name": "small"}).headers["Location"]
     for _ in range(2):  # the same files twice do no harm
         stored = client.post(f"{location}/recordings", content=day, headers=ZIP)
@@ -109,12 +101,12 @@ def test_a_days_recordings_are_uploaded_and_a_batch_makes_their_results(client, 
     made = client.post(f"{location}/batches", json={"diagnose": False})
     assert made.status_code == 202
     path = made.headers["Location"]
-    batch = ended(client, path, until)
+    batch = ended(client, path)
     assert (batch["state"], batch["done"], batch["known"], batch["failures"]) == ("done", 2, 0, [])
     assert (batch["progress"], batch["night"]) == (1.0, "2026-03-02")
     known = {"day": "2026-03-02", "diagnose": False}
     again = client.post(f"{location}/batches", json=known).headers["Location"]
-    assert ended(client, again, until)["known"] == 2
+    assert ended(client, again)["known"] == 2
     assert [row["id"] for row in client.get(f"{location}/batches").json()["items"]] == [
         again.rpartition("/")[2],
         path.rpartition("/")[2],
@@ -123,17 +115,17 @@ def test_a_days_recordings_are_uploaded_and_a_batch_makes_their_results(client, 
     assert client.get("/v1/diagnoses").json()["items"] == []
 
 
-def test_a_day_without_recordings_fails_with_its_reason(client, until):
+def test_a_day_without_recordings_fails_with_its_reason(client):
     location = client.post(PATH, json={"name": "empty"}).headers["Location"]
     path = client.post(f"{location}/batches", json={}).headers["Location"]
-    batch = ended(client, path, until)
+    batch = ended(client, path)
     assert batch["state"] == "failed"
     assert "no recording; expected" in batch["error"]
     assert client.post(f"{path}/cancel").status_code == 409
     assert client.get(f"{location}/nights/latest").status_code == 404
 
 
-def test_a_batch_names_the_recordings_that_it_cannot_read_each_time(client, until):
+def test_a_batch_names_the_recordings_that_it_cannot_read_each_time(client):
     location = client.post(PATH, json={"name": "garbage"}).headers["Location"]
     where = "robot=r/day=2026-01-01/x"
     files = client.components.stores.recordings_of("garbage")  # as copied there by another program
@@ -141,28 +133,28 @@ def test_a_batch_names_the_recordings_that_it_cannot_read_each_time(client, unti
         files.write(f"{where}/{name}", b"garbage [")
     for counts in ((1, 0), (0, 1)):
         path = client.post(f"{location}/batches", json={}).headers["Location"]
-        batch = ended(client, path, until)
+        batch = ended(client, path)
         assert (batch["state"], (batch["done"], batch["known"])) == ("done", counts)
         (failure,) = batch["failures"]
         assert failure.pop("problem").startswith("x/vehicle.toml: ")
         assert failure == {"robot": "r", "day": "2026-01-01", "recording": "x"}
 
 
-def test_a_batch_is_started_once_however_often_it_is_asked_for(client, hall, until):
+def test_a_batch_is_started_once_however_often_it_is_asked_for(client, hall):
     headers = {"Idempotency-Key": "night 1"}
     answers = [client.post(f"{hall}/batches", json={"day": "2031-01-01"}, headers=headers) for _ in range(2)]
     assert answers[0].json()["id"] == answers[1].json()["id"]
     assert answers[1].headers["Idempotency-Replayed"] == "true"
-    ended(client, answers[0].headers["Location"], until)  # the fleet is that of other tests, too
+    ended(client, answers[0].headers["Location"])  # the fleet is that of other tests, too
 
 
-def test_a_batch_is_neither_read_nor_cancelled_through_another_fleet(client, hall, until):
+def test_a_batch_is_neither_read_nor_cancelled_through_another_fleet(client, hall):
     client.post(PATH, json={"name": "other-hall"})
     own = client.post(f"{hall}/batches", json={"day": "2031-01-02"}).headers["Location"]
     foreign = own.replace("hall-3", "other-hall")
     answers = [client.get(foreign), client.post(f"{foreign}/cancel")]
     assert [answer.status_code for answer in answers] == [404, 404]
-    assert ended(client, own, until)["state"] != "cancelled"
+    assert ended(client, own)["state"] != "cancelled"
 
 
 def test_the_more_urgent_batch_is_claimed_first_and_no_diagnosis_with_them(database):
@@ -255,11 +247,9 @@ def test_an_upload_of_which_nothing_can_be_read_is_refused(client, hall, recordi
     ("limits", "words"),
     [({"memory": 50_000_000}, "takes more than 50 MB"), ({"timeout": 0.0}, "was not read within 0 s")],
 )
-def test_a_recording_that_takes_too_much_is_named(limits, words, tmp_path, recording_files):
+def test_a_recording_that_takes_too_much_is_named(limits, words, tmp_path, recording_folder):
     where = "robot=a/day=2026-03-02/x"
-    (tmp_path / where).mkdir(parents=True)
-    for name, content in recording_files.items():
-        (tmp_path / where / name).write_bytes(content)
+    shutil.copytree(recording_folder, tmp_path / where)
     with pytest.raises(TooLargeError, match=f"{where}: this recording {words}"):
         find_unreadable(tmp_path, [where], **limits)
 

@@ -81,6 +81,7 @@ def test_a_key_with_another_scheme_prefix_id_or_secret_is_not_known(database):
         authorization.replace(identity, "00000000"),
         f"Bearer omk_{identity}_{secret_of_other}",
         f"Bearer omk_{identity}_",
+        *("Bearer ", "Bearer omk_", "Bearer omk_00000000_x", "Bearer x", "Bearer omk_é"),
     ):
         with pytest.raises(AuthenticationError, match="not known"):
             identify(database, wrong)

@@ -5,28 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.files.recordings.folder import save_recording
-from omnimate.files.recordings.zipped import pack
 from omnimate.motion.paths import rounded_rectangle, squares
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.file import parse_vehicle
+from tests.service.conftest import ZIP, until, zip_of
 
-ZIP = {"Content-Type": "application/zip"}
 VEHICLE = "/v1/vehicles/omnimate"
 NOT_TOLD = {"wheelbase of a", "wheelbase of b", "bias of joint_a", "bias of joint_b"}
 
 
 @pytest.fixture(scope="module")
-def biased(tmp_path_factory):
+def biased():
     """A drive whose joint_a reads half a degree too much, as a zip."""
     vehicle = reference_vehicle()
     truth = Truth(vehicle, effects=linkage_biases(joint_a=np.radians(0.5)), seed=3)
-    folder = tmp_path_factory.mktemp("biased") / "drive"
-    save_recording(simulate(vehicle, truth, rounded_rectangle(6.0, 3.25, ["ccw", "cw"])), folder)
-    return pack(folder)
+    return zip_of(simulate(vehicle, truth, rounded_rectangle(6.0, 3.25, ["ccw", "cw"])))
 
 
 def stored(client, content):
@@ -66,25 +62,24 @@ def test_what_was_learned_becomes_the_next_version_only_where_the_version_before
     assert again.status_code == 412, "the robot of the recording drove by a version that is not the newest"
 
 
-def test_what_cannot_be_learned_is_refused(client, biased, tmp_path):
+def test_what_cannot_be_learned_is_refused(client):
     robot = reference_single()
-    save_recording(simulate(robot, Truth(robot), squares(["cw"], 0.5)), tmp_path / "single")
-    assert client.get(stored(client, pack(tmp_path / "single"))).status_code == 422
+    single = zip_of(simulate(robot, Truth(robot), squares(["cw"], 0.5)))
+    assert client.get(stored(client, single)).status_code == 422
     assert client.get("/v1/recordings/none/learned").status_code == 404
 
 
-def test_a_robot_that_the_service_does_not_have_is_shown_and_cannot_be_accepted(client, tmp_path):
+def test_a_robot_that_the_service_does_not_have_is_shown_and_cannot_be_accepted(client):
     robot = replace(reference_vehicle(), name="stranger")
     recording = simulate(robot, Truth(robot), squares(["cw"], 0.5, link_length=robot.linkage.length))
-    save_recording(recording, tmp_path / "drive")
-    path = stored(client, pack(tmp_path / "drive"))
+    path = stored(client, zip_of(recording))
     assert client.get(path).json()["vehicle_version"] is None
     refused = client.post(f"{path}/accept", headers={"If-Match": "*"})
     assert refused.status_code == 409
     assert "POST or PUT its vehicle.toml" in refused.json()["detail"]
 
 
-def test_the_live_robot_says_what_it_has_learned_and_what_no_drive_has_told_yet(client, until):
+def test_the_live_robot_says_what_it_has_learned_and_what_no_drive_has_told_yet(client):
     until(lambda: client.get("/v1/robot/learned").status_code == 200)
     learned = client.get("/v1/robot/learned").json()
     number = client.get(VEHICLE).json()["version"]

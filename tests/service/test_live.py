@@ -9,17 +9,9 @@ import httpx2
 import pytest
 
 from studies.speed.service_contract import contract
-from studies.speed.service_process import serving
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 PATIENCE = 600.0  # [s] of an example that normally takes seconds
-
-
-@pytest.fixture(scope="module")
-def url(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("live")
-    with serving(folder, f"sqlite:///{folder}/service.db", "--pace", "1000") as service:
-        yield service.url
 
 
 @pytest.mark.slow

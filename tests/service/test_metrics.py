@@ -1,7 +1,8 @@
 """Metrics for Prometheus: each count is that of what it counts."""
 
 from prometheus_client.parser import text_string_to_metric_families
-from sqlalchemy.exc import OperationalError
+
+from tests.service.conftest import away, started, until
 
 
 def metrics(client):
@@ -28,7 +29,7 @@ def test_calls_are_counted_by_operation_and_status(client):
     assert [new - old for new, old in zip(after, before, strict=True)] == [3, 1, 1]
 
 
-def test_sessions_are_counted_by_state(client, started):
+def test_sessions_are_counted_by_state(client):
     def count(state):
         return metrics(client).get(("omnimate_sessions", state), 0.0)
 
@@ -39,18 +40,15 @@ def test_sessions_are_counted_by_state(client, started):
 
 
 def test_the_robot_is_measured_also_while_the_database_is_away(client, monkeypatch):
-    def refuse():
-        raise OperationalError("select", {}, OSError("the database is away"))
-
     assert metrics(client)["omnimate_database_up",] == 1.0
-    monkeypatch.setattr(client.components.database, "reading", refuse)
+    monkeypatch.setattr(client.components.database, "reading", away)
     assert client.get("/metrics").status_code == 200
     values = metrics(client)
     assert (values["omnimate_database_up",], values["omnimate_bus_up",]) == (0.0, 1.0)
     assert not {name for name, *_ in values} & {"omnimate_sessions", "omnimate_jobs"}
 
 
-def test_the_bus_and_each_of_its_nodes_are_counted(client, until):
+def test_the_bus_and_each_of_its_nodes_are_counted(client):
     def wellness(values):
         return [values.get(("omnimate_node_well", str(node))) for node in range(1, 8)]
 

@@ -6,7 +6,6 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -24,6 +23,8 @@ from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.sonar import Sonar
+from studies.benchmark import OMNIMATE
+from studies.speed import service_process
 from tests.service.hall_results import ASKED, FAULTY, report_of_two_floors, write_results
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -38,7 +39,6 @@ ARGUMENTS = [
     "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 ]  # fmt: skip
-COMMAND = [sys.executable, "-c", "from omnimate.cli.main import main; main()"]
 SOON, LATER = 120_000, 600_000  # [ms] for an answer, and for a drive or a diagnosis on a slow machine
 METHODS = ("get", "post", "put", "delete")
 WIDE, PHONE = {"width": 1440, "height": 900}, {"width": 375, "height": 760}
@@ -61,16 +61,8 @@ def address(tmp_path_factory):
 
 @contextmanager
 def serving(folder):
-    command = [*COMMAND, "serve", "--port", "0"]
-    with (
-        (folder / "serve.log").open("wb") as log,
-        subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=log, text=True) as service,
-    ):
-        try:
-            yield re.search(r"http://\S+", service.stdout.readline())[0]
-        finally:
-            service.terminate()
-            service.wait(120)
+    with service_process.serving(folder, f"sqlite:///{folder}/omnimate.db") as service:
+        yield service.url
 
 
 @contextmanager
@@ -290,7 +282,7 @@ def test_s_stops_the_robot_and_the_session_says_so(robot_page, picture):
 @pytest.mark.slow
 def test_a_recording_is_uploaded_and_diagnosed_by_clicking(page, tmp_path, picture):
     folder = tmp_path / "straight"
-    drive = [*COMMAND, "simulate", str(folder), "--protocol", "straight", "--side", "2", "--runs", "1"]
+    drive = [*OMNIMATE, "simulate", str(folder), "--protocol", "straight", "--side", "2", "--runs", "1"]
     subprocess.run(drive, check=True, capture_output=True)
     archive = shutil.make_archive(str(folder), "zip", folder)
     page.locator("#tab-recordings").click()
@@ -400,7 +392,7 @@ def keyed(tmp_path_factory):
     """The address of a service with two keys, and these by their names; `visitor` only reads."""
     folder, keys = tmp_path_factory.mktemp("keyed"), {}
     for name, role in (("shop floor", "operate"), ("visitor", "read")):
-        call = [*COMMAND, "key", "add", name, "--role", role]
+        call = [*OMNIMATE, "key", "add", name, "--role", role]
         made = subprocess.run(call, cwd=folder, check=True, capture_output=True, text=True)
         keys[name] = made.stdout.split()[-1]
     with serving(folder) as url:

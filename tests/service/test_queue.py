@@ -3,26 +3,11 @@
 import pytest
 
 from omnimate.service.errors import NotFoundError, TooManyError
-from omnimate.service.jobs.queue import (
-    MAX_ATTEMPTS,
-    MAX_UNFINISHED,
-    Job,
-    add_job,
-    cancel_job,
-    claim_job,
-    finish_job,
-    job_of,
-)
+from omnimate.service.jobs.queue import MAX_UNFINISHED, add_job, cancel_job, claim_job, finish_job
 from omnimate.service.store.tables import DiagnosisRow, JobRow, RecordingRow, find_row
+from tests.service.conftest import recording_row
 
 SUCCESS = {"verdict": "agreement", "says": "fine", "result": "{}", "report": "<html>"}
-
-
-def recording():
-    return RecordingRow(
-        id="rec", name="rec", vehicle="omnimate", samples=1, seconds=1.0, laps=0, poses=0, size=1,
-        created=0.0,
-    )  # fmt: skip
 
 
 @pytest.fixture
@@ -31,7 +16,7 @@ def empty(database):
     with database.writing() as db:
         db.query(JobRow).delete()
         db.query(RecordingRow).delete()
-        db.add(recording())
+        db.add(recording_row())
     return database
 
 
@@ -44,19 +29,6 @@ def test_a_new_job_was_changed_when_it_was_created(empty):
     with empty.writing() as db:
         jobs = [add_job(db, ["rec"], "local") for _ in range(5)]
         assert [job.changed - job.created for job in jobs] == [0.0] * 5
-
-
-def test_a_job_that_died_is_tried_again_and_then_fails_with_its_reason(empty):
-    with empty.writing() as db:
-        job_id = add_job(db, ["rec"], "local").id
-    for attempt in range(1, MAX_ATTEMPTS + 1):
-        with empty.writing() as db:
-            assert claim_job(db, "this") == job_id
-            finish_job(job_of(db, job_id, "this"), {"died": "its process ended with code -9"})
-            view = Job.of(find_row(db, DiagnosisRow, job_id))
-        assert view.attempts == attempt
-    assert view.state == "failed"
-    assert view.error == "given up after 3 attempts: its process ended with code -9"
 
 
 def test_the_same_recordings_are_diagnosed_once(empty):

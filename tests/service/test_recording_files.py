@@ -5,14 +5,13 @@ import time
 from contextlib import closing
 
 import pytest
-from alembic import command
-from alembic.config import Config
 from sqlalchemy import create_engine, text
 
 from omnimate.service.errors import NotFoundError
-from omnimate.service.store.database import MIGRATIONS, Database
+from omnimate.service.store.database import Database
 from omnimate.service.store.recordings import CHECK_WAIT, DAY, RecordingStore, summarize
 from omnimate.service.store.tables import RecordingContentRow, RecordingFileRow, RecordingRow
+from tests.service.conftest import migrate, serving
 
 LIMIT = 1_000_000
 
@@ -89,24 +88,18 @@ def test_recordings_of_earlier_versions_are_moved_from_rows_into_files(dies_afte
 
 def old_database(path, contents):
     """Make a database of an earlier version."""
-    engine, config = create_engine(f"sqlite:///{path}"), Config()
-    config.set_main_option("script_location", str(MIGRATIONS))
+    engine = create_engine(f"sqlite:///{path}")
     with engine.begin() as connection:
-        config.attributes["connection"] = connection
-        command.upgrade(config, "0003")
-    engine.dispose()
-    with sqlite3.connect(path) as connection:
+        migrate(connection, "0003")
         for name, content in contents.items():
-            connection.execute(
+            connection.exec_driver_sql(
                 "insert into recordings values (?, ?, 'omnimate', 1, 1.0, 0, 0, ?, 1e9, ?)",
                 (name, name, len(content), content),
             )
-    connection.close()
+    engine.dispose()
 
 
-def test_a_service_that_could_store_no_recording_is_not_ready_until_it_can(
-    serving, database, tmp_path, monkeypatch
-):
+def test_a_service_that_could_store_no_recording_is_not_ready_until_it_can(database, tmp_path, monkeypatch):
     monkeypatch.setattr("omnimate.service.store.recordings.CHECK_PERIOD", 0.0)
     folder = tmp_path / "files" / "_recordings"
     with serving(str(database.engine.url), fleets=str(tmp_path / "files")) as client:
@@ -132,7 +125,7 @@ def test_a_service_that_could_store_no_recording_is_not_ready_until_it_can(
 
 
 def test_a_service_whose_database_another_program_locks_says_so_before_the_caller_gives_up(
-    serving, database, tmp_path, monkeypatch
+    database, tmp_path, monkeypatch
 ):
     assert CHECK_WAIT <= 1.0
     monkeypatch.setattr("omnimate.service.store.recordings.CHECK_PERIOD", 0.0)

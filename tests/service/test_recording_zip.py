@@ -5,6 +5,7 @@ import io
 import json
 import os
 import pickle
+import shutil
 import tomllib
 import tracemalloc
 import zipfile
@@ -15,7 +16,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.files.recordings.folder import load_recording, save_recording
 from omnimate.files.recordings.zipped import pack
 from omnimate.service.errors import InvalidValueError, MediaTypeError, ServiceError, TooLargeError
 from omnimate.service.recording_zip import MAX_FILES, unpack
@@ -28,33 +28,20 @@ REFUSED = tomllib.loads(
 )["case"]
 
 
-@pytest.fixture(scope="module")
-def recording(small_recording, tmp_path_factory):
-    """A folder with the recording of a small square each way."""
-    folder = tmp_path_factory.mktemp("recording") / "drive"
-    save_recording(small_recording, folder)
-    return folder
+def test_a_packed_folder_is_unpacked_byte_for_byte(recording_folder, recording_files, tmp_path):
+    folder = unpack(pack(recording_folder), tmp_path, LIMIT)
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == recording_files
 
 
-def test_a_packed_folder_is_unpacked_byte_for_byte(recording, tmp_path):
-    folder = unpack(pack(recording), tmp_path, LIMIT)
-    files = {path.name: path.read_bytes() for path in recording.iterdir()}
-    assert {path.name: path.read_bytes() for path in folder.iterdir()} == files
-
-
-def test_a_recording_may_lie_in_a_folder_of_its_zip(recording, tmp_path):
-    members = [(f"drive/{path.name}", path.read_bytes()) for path in recording.iterdir()]
-    assert unpack(zipped(members), tmp_path, LIMIT) == tmp_path / "drive"
-
-
-def test_what_macos_adds_to_a_zip_is_left_out(recording, tmp_path):
-    members = [(f"drive/{path.name}", path.read_bytes()) for path in recording.iterdir()]
-    added = [(f"__MACOSX/drive/._{path.name}", b"x") for path in recording.iterdir()]
-    folder = unpack(
-        zipped([*members, *added, ("drive/.DS_Store", b"x"), (".DS_Store", b"x")]), tmp_path, LIMIT
-    )
-    assert {path.name for path in folder.iterdir()} == {path.name for path in recording.iterdir()}
-    assert list(tmp_path.iterdir()) == [folder]
+def test_a_recording_may_lie_in_a_folder_of_its_zip_and_what_macos_adds_is_left_out(
+    recording_files, tmp_path
+):
+    members = {f"drive/{name}": content for name, content in recording_files.items()}
+    added = {f"__MACOSX/drive/._{name}": b"x" for name in recording_files}
+    added |= {"drive/.DS_Store": b"x", ".DS_Store": b"x"}
+    folder = unpack(zipped(members | added), tmp_path, LIMIT)
+    assert {path.name for path in folder.iterdir()} == recording_files.keys()
+    assert list(tmp_path.iterdir()) == [folder] == [tmp_path / "drive"]
 
 
 def test_an_encrypted_zip_is_refused_with_what_to_do(tmp_path):
@@ -67,38 +54,39 @@ def test_an_encrypted_zip_is_refused_with_what_to_do(tmp_path):
 
 
 @pytest.mark.parametrize("file", ["vehicle.toml", "poses.csv", "run.toml"])
-def test_a_file_in_another_encoding_is_named_with_what_to_do(recording, file, tmp_path):
-    for path in recording.iterdir():
-        (tmp_path / path.name).write_bytes(b"# Gr\xf6\xdfe" if path.name == file else path.read_bytes())
+def test_a_file_in_another_encoding_is_named_with_what_to_do(recording_folder, file, tmp_path):
+    shutil.copytree(recording_folder, tmp_path, dirs_exist_ok=True)
+    (tmp_path / file).write_bytes(b"# Gr\xf6\xdfe")
     with pytest.raises(InvalidValueError, match=rf"{file}.*: byte 5 is not UTF-8; save the file as UTF-8$"):
         read_in_process(tmp_path.parent, tmp_path, "drive", summarize)
 
 
 @pytest.mark.parametrize("name", ["", "a/b", "a\\b", "n" * 101])
-def test_a_recording_of_a_robot_that_the_service_cannot_store_is_refused(database, recording, name, tmp_path):
+def test_a_recording_of_a_robot_that_the_service_cannot_store_is_refused(
+    database, recording_files, name, tmp_path
+):
     """The rule is that of the vehicles over REST."""
-    members = {path.name: path.read_bytes() for path in recording.iterdir()}
-    members["vehicle.toml"] = members["vehicle.toml"].replace(b'"omnimate"', json.dumps(name).encode())
+    renamed = recording_files["vehicle.toml"].replace(b'"omnimate"', json.dumps(name).encode())
+    members = recording_files | {"vehicle.toml": renamed}
     says = r"^recording: vehicle\.toml: name: .*; expected 1 to 100 characters, no slash$"
     with pytest.raises(InvalidValueError, match=says):
         RecordingStore(database, str(tmp_path), LIMIT).add_upload("x", zipped(members))
 
 
-def test_the_row_of_an_upload_says_what_is_in_it(database, recording, tmp_path):
-    content = pack(recording)
+def test_the_row_of_an_upload_says_what_is_in_it(database, small_recording, recording_files, tmp_path):
+    content = zipped(recording_files)
     store = RecordingStore(database, str(tmp_path), LIMIT)
     row = store.add_upload("hall 3", content)
     assert (row.name, row.vehicle, row.laps, row.size) == ("hall 3", "omnimate", 2, len(content))
-    loaded = load_recording(recording)
-    assert len(loaded) == row.samples
-    assert loaded.time[-1] - loaded.time[0] == pytest.approx(row.seconds)
+    assert row.samples == len(small_recording)
+    assert row.seconds == pytest.approx(small_recording.time[-1] - small_recording.time[0])
     assert store.read(row, attrgetter("source")) == "hall 3"
 
 
-def test_an_upload_says_what_of_its_log_could_not_be_read(database, recording, tmp_path):
+def test_an_upload_says_what_of_its_log_could_not_be_read(database, recording_files, tmp_path):
     """As the command does: a log that was cut off is read up to there."""
-    members = {path.name: path.read_bytes() for path in recording.iterdir() if path.name != "can.log"}
-    packed = gzip.compress((recording / "can.log").read_bytes())
+    members = dict(recording_files)
+    packed = gzip.compress(members.pop("can.log"))
     store = RecordingStore(database, str(tmp_path), LIMIT)
     whole, cut = (
         store.add_upload("x", zipped(members | {"can.log.gz": log})) for log in (packed, packed[:-2000])
@@ -108,9 +96,10 @@ def test_an_upload_says_what_of_its_log_could_not_be_read(database, recording, t
     assert cut.problems[-1] == "zip/can.log.gz: the log ends early; it was read up to there"
 
 
-def test_of_many_problems_of_a_log_the_first_lines_and_those_of_the_whole_are_kept(recording, tmp_path):
-    for path in recording.iterdir():
-        (tmp_path / path.name).write_bytes(path.read_bytes())
+def test_of_many_problems_of_a_log_the_first_lines_and_those_of_the_whole_are_kept(
+    recording_folder, tmp_path
+):
+    shutil.copytree(recording_folder, tmp_path, dirs_exist_ok=True)
     with (tmp_path / "can.log").open("ab") as log:
         log.write(b"garbage\n" * 1200)
     _, problems = read_in_process(tmp_path.parent, tmp_path, "drive", summarize)
@@ -119,13 +108,11 @@ def test_of_many_problems_of_a_log_the_first_lines_and_those_of_the_whole_are_ke
     assert problems[-1].endswith("skipped: 200 lines more")
 
 
-def test_an_upload_takes_no_memory_for_its_samples_here(database, recording, tmp_path):
+def test_an_upload_takes_no_memory_for_its_samples_here(database, small_recording, recording_files, tmp_path):
     """They stay in the process that reads them; files are unpacked in blocks."""
-    content, store = pack(recording), RecordingStore(database, str(tmp_path), LIMIT)
+    content, store = zipped(recording_files), RecordingStore(database, str(tmp_path), LIMIT)
     store.add_upload("first", content)  # loads modules, and fills caches
-    sent = len(
-        pickle.dumps(load_recording(recording))
-    )  # if the samples were sent from one process to the other
+    sent = len(pickle.dumps(small_recording))  # if the samples went from one process to the other
     tracemalloc.start()
     store.add_upload("second", content)
     _, peak = tracemalloc.get_traced_memory()
@@ -173,13 +160,13 @@ def test_a_zip_is_refused_that_no_reader_unpacks_in_pieces(tmp_path):
         unpack(buffer.getvalue(), tmp_path, LIMIT)
 
 
-def test_a_recording_that_takes_too_much_memory_is_refused(recording):
+def test_a_recording_that_takes_too_much_memory_is_refused(recording_folder):
     with pytest.raises(TooLargeError, match="takes more than 50 MB of memory"):
-        read_in_process(recording.parent, recording, "drive", summarize, memory=50_000_000)
+        read_in_process(recording_folder.parent, recording_folder, "drive", summarize, memory=50_000_000)
 
 
-def test_a_recording_that_takes_too_long_is_refused(recording, tmp_path):
-    (tmp_path / "vehicle.toml").write_bytes((recording / "vehicle.toml").read_bytes())
+def test_a_recording_that_takes_too_long_is_refused(recording_folder, tmp_path):
+    shutil.copy(recording_folder / "vehicle.toml", tmp_path)
     os.mkfifo(tmp_path / "can.log")  # whoever reads it waits for ever
     with pytest.raises(TooLargeError, match="was not read within 0 s"):
         read_in_process(tmp_path.parent, tmp_path, "drive", summarize, timeout=0.0)

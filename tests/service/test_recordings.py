@@ -5,19 +5,14 @@ import zipfile
 
 import pytest
 
+from tests.service.conftest import ZIP, drive_zip, started, uploaded
 from tests.service.zips import zipped
 
 PATH = "/v1/recordings"
-ZIP = {"Content-Type": "application/zip"}
 
 
-@pytest.fixture(scope="module")
-def squares(drive_zip):
-    """A simulated recording of one square each way, as a zip."""
-    return drive_zip(2.0)
-
-
-def test_a_recording_is_kept_byte_for_byte_until_it_is_deleted(service, squares):
+def test_a_recording_is_kept_byte_for_byte_until_it_is_deleted(service):
+    squares = drive_zip(2.0)
     made = service.post(PATH, params={"name": "hall 3"}, content=squares, headers=ZIP)
     assert made.status_code == 201
     assert (made.json()["vehicle"], made.json()["laps"], made.json()["name"]) == ("omnimate", 2, "hall 3")
@@ -28,7 +23,7 @@ def test_a_recording_is_kept_byte_for_byte_until_it_is_deleted(service, squares)
     assert service.get(location).status_code == 404
 
 
-def test_a_session_takes_every_square_of_a_recording(service, uploaded, started):
+def test_a_session_takes_every_square_of_a_recording(service):
     recording = uploaded(service, 2.0)
     path = started(service, how="recordings", side=2.0)
     answer = service.post(f"{path}/samples", json={"recording": recording})
@@ -38,7 +33,7 @@ def test_a_session_takes_every_square_of_a_recording(service, uploaded, started)
     assert wheelbase == pytest.approx(0.33617, abs=0.001)
 
 
-def test_a_session_takes_the_runs_of_a_recording_once_until_they_are_removed(service, uploaded, started):
+def test_a_session_takes_the_runs_of_a_recording_once_until_they_are_removed(service):
     body = {"recording": uploaded(service, 2.0)}
     path = started(service, how="recordings", side=2.0)
     assert service.post(f"{path}/samples", json=body).status_code == 201
@@ -51,8 +46,8 @@ def test_a_session_takes_the_runs_of_a_recording_once_until_they_are_removed(ser
     assert service.post(f"{path}/samples", json=body).status_code == 201
 
 
-def test_a_recording_of_another_robot_is_refused(client, squares, started):
-    with zipfile.ZipFile(io.BytesIO(squares)) as archive:
+def test_a_recording_of_another_robot_is_refused(client):
+    with zipfile.ZipFile(io.BytesIO(drive_zip(2.0))) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
     members["vehicle.toml"] = members["vehicle.toml"].replace(b'"omnimate"', b'"another"')
     recording = client.post(PATH, content=zipped(members), headers=ZIP).json()["id"]
@@ -62,9 +57,9 @@ def test_a_recording_of_another_robot_is_refused(client, squares, started):
     assert "'another'" in answer.json()["detail"]
 
 
-def test_a_key_stands_for_one_query(service, drive_zip):
+def test_a_key_stands_for_one_query(service):
     def upload(name):
-        headers = {"Content-Type": "application/zip", "Idempotency-Key": "one upload"}
+        headers = ZIP | {"Idempotency-Key": "one upload"}
         return service.post("/v1/recordings", params={"name": name}, content=drive_zip(0.5), headers=headers)
 
     long = "\N{ROBOT FACE}" * 100  # 1200 characters of a query

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import httpx2
 import pytest
-from sqlalchemy.exc import OperationalError
 
 from omnimate.service.errors import StateError, UnavailableError
 from omnimate.service.event_stream import EventStream
@@ -23,14 +22,14 @@ from omnimate.service.umbmark.models import SessionStart
 from omnimate.service.umbmark.sessions import start_session, take_lease
 from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.nodes.drive import DriveDevice
+from tests.service.conftest import SESSIONS, ZIP, away, drive_zip, serving, until
 
 service_process = pytest.importorskip("studies.speed.service_process")
 LONG_DRIVE = {"how": "drive", "side": 50.0, "runs": 50, "lifeline": None}
-SESSIONS = "/v1/umbmark/sessions"
 
 
 @pytest.fixture
-def driving(tmp_path, until):
+def driving(tmp_path):
     """A service in processes of its own, whose robot drives, with a client and the session's id."""
     if not Path("/proc/self/task").exists():
         pytest.skip("/proc lists the processes of a service, and is not on this machine")
@@ -70,7 +69,7 @@ def runs(process):
         return False
 
 
-def test_a_killed_service_leaves_no_process_and_its_session_is_interrupted(driving, tmp_path, until):
+def test_a_killed_service_leaves_no_process_and_its_session_is_interrupted(driving, tmp_path):
     service, _, session = driving
     (robot,) = robots(service.process.pid)
     service.kill()
@@ -82,7 +81,7 @@ def test_a_killed_service_leaves_no_process_and_its_session_is_interrupted(drivi
     database.close()
 
 
-def test_a_killed_robot_process_interrupts_its_session_and_is_started_again(driving, until):
+def test_a_killed_robot_process_interrupts_its_session_and_is_started_again(driving):
     service, client, session = driving
     (robot,) = robots(service.process.pid)
     os.kill(robot, signal.SIGKILL)
@@ -100,14 +99,11 @@ def test_a_killed_robot_process_interrupts_its_session_and_is_started_again(driv
     assert client.post(f"{SESSIONS}/{session}/resume").json()["state"] == "driving"
 
 
-def test_the_robot_drives_on_and_recordings_are_read_where_the_fork_server_was_killed(
-    driving, drive_zip, until
-):
+def test_the_robot_drives_on_and_recordings_are_read_where_the_fork_server_was_killed(driving):
     service, client, session = driving
     (robot,) = robots(service.process.pid)
     os.kill(fork_server(service.process.pid), signal.SIGKILL)
-    headers = {"Content-Type": "application/zip"}
-    assert client.post("/v1/recordings", content=drive_zip(4.0), headers=headers).status_code == 201
+    assert client.post("/v1/recordings", content=drive_zip(4.0), headers=ZIP).status_code == 201
     assert (runs(robot), client.get(f"{SESSIONS}/{session}").json()["state"]) == (True, "driving")
     assert client.post("/v1/robot/stop").status_code == 200
     until(lambda: client.get(f"{SESSIONS}/{session}").json()["state"] == "interrupted")
@@ -131,7 +127,7 @@ def commanded(drives):
     return any(drive.objects[0x60FF, 0] for drive in drives)
 
 
-def test_a_pipe_that_ends_stops_the_wheels(database, drives, tmp_path, until):
+def test_a_pipe_that_ends_stops_the_wheels(database, drives, tmp_path):
     """As kill -9 of the process that answers REST does."""
     with database.writing() as db:
         row = start_session(db, SessionStart(side=50.0, runs=50, how="drive"), "omnimate", 1e6)
@@ -157,15 +153,11 @@ def test_a_pipe_that_ends_stops_the_wheels(database, drives, tmp_path, until):
     assert not commanded(drives)
 
 
-def test_a_stop_reaches_the_robot_while_the_database_is_away(drives, tmp_path, serving, until, monkeypatch):
+def test_a_stop_reaches_the_robot_while_the_database_is_away(drives, tmp_path, monkeypatch):
     monkeypatch.setattr(reservation, "LEASE", 1e9)  # no lease that ends stops it
     with serving(f"sqlite:///{tmp_path}/service.db") as client:
         client.post(SESSIONS, json=LONG_DRIVE)
         until(lambda: commanded(drives))
-
-        def away(*_):
-            raise OperationalError("", {}, OSError("the database is away"))
-
         with monkeypatch.context() as patch:
             patch.setattr(Database, "reading", away)
             patch.setattr(Database, "writing", away)
@@ -190,7 +182,7 @@ class Hanging:
         """It has ended."""
 
 
-def test_a_process_that_does_not_report_is_killed_and_its_calls_are_refused(monkeypatch, until):
+def test_a_process_that_does_not_report_is_killed_and_its_calls_are_refused(monkeypatch):
     monkeypatch.setattr(robot_process, "HANG_TIMEOUT", 0.01)
     monkeypatch.setattr(robot_process, "CALL_TIMEOUT", 0.01)
     monkeypatch.setattr(robot_process._log, "disabled", True)

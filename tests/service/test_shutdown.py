@@ -9,6 +9,7 @@ import pytest
 
 from omnimate.service.store.database import Database
 from omnimate.service.store.tables import JobRow, SessionRow
+from tests.service.conftest import until, uploaded
 
 service_process = pytest.importorskip("studies.speed.service_process")
 
@@ -32,7 +33,7 @@ def half_sent(url, body):
     return connection
 
 
-def test_sigterm_ends_a_service_in_good_order(tmp_path, uploaded, until):
+def test_sigterm_ends_a_service_in_good_order(tmp_path):
     url = f"sqlite:///{tmp_path}/service.db"
     with (
         service_process.serving(tmp_path, url) as service,

@@ -27,7 +27,6 @@ from omnimate.service.robot.robot_thread import RobotThread
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.routes import robot as robot_routes
 from omnimate.service.routes import umbmark_sessions as routes
-from omnimate.service.store import vehicles
 from omnimate.service.store.database import Database
 from omnimate.service.store.recordings import RecordingStore
 from omnimate.service.store.tables import SessionRow
@@ -39,6 +38,7 @@ from omnimate.vcan_sim.faults import EmergencyMessage, Reboot, Silence
 from omnimate.vcan_sim.nodes.device import SYNC_ID
 from omnimate.vcan_sim.nodes.drive import DriveDevice
 from omnimate.vcan_sim.reference import reference_vehicle
+from tests.service.conftest import away, with_reference_robot
 
 SYNC_PERIOD = reference_vehicle().bus.sync_period
 COMMAND_SAMPLES = 1  # after a stop, in which a wheel may still be commanded to turn
@@ -102,7 +102,7 @@ class RefusingDatabase(Database):
 
     def _require_answer(self):
         if self.refuses:
-            raise OperationalError("", {}, OSError("the database is away"))
+            away()
 
 
 class Reporter(SessionReporter):
@@ -394,11 +394,7 @@ class Stopping(RuleBasedStateMachine):
 @pytest.fixture
 def refusing_database(tmp_path):
     """A database that holds the reference robot."""
-    database = RefusingDatabase(f"sqlite:///{tmp_path}/service.db")
-    with database.writing() as db:
-        vehicles.create(db, reference_vehicle(), vehicles.Origin("test"))
-    yield database
-    database.close()
+    yield from with_reference_robot(RefusingDatabase(f"sqlite:///{tmp_path}/service.db"))
 
 
 def test_after_a_stop_no_wheel_turns_and_the_session_says_so(refusing_database, tmp_path):

@@ -28,10 +28,11 @@ from omnimate.service.jobs import queue
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.routes import diagnoses, umbmark_sessions
 from omnimate.service.store import tables, vehicles
-from omnimate.service.store.tables import AnswerRow, JobRow, RecordingRow, SampleRow, SessionRow, VehicleRow
+from omnimate.service.store.tables import AnswerRow, JobRow, SampleRow, SessionRow, VehicleRow
 from omnimate.service.umbmark import samples, sessions
 from omnimate.service.umbmark.models import Accept, Coordinates, SampleOfFixes, SessionStart
 from omnimate.vehicle.errors import OmnimateError
+from tests.service.conftest import recording_row
 
 LIFETIME = 100.0  # [s]
 SERVICES = st.sampled_from(["this", "another"])
@@ -368,10 +369,6 @@ class Store(RuleBasedStateMachine):
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_after_any_sequence_of_operations_store_and_model_agree(database):
     with database.writing() as db:
-        row = RecordingRow(
-            id="rec", name="rec", vehicle="omnimate", samples=1, seconds=1.0, laps=0, poses=0, size=1,
-            created=0.0,
-        )  # fmt: skip
-        db.add(row)
+        db.add(recording_row())
     Store.database = database
     run_state_machine_as_test(Store, settings=settings(stateful_step_count=40))

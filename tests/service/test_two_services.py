@@ -6,7 +6,6 @@ from threading import Barrier
 
 import pytest
 import sqlalchemy
-from sqlalchemy.exc import OperationalError
 
 from omnimate.service.event_stream import EventStream
 from omnimate.service.robot.connection import simulated_plant
@@ -16,6 +15,7 @@ from omnimate.service.store import vehicles
 from omnimate.service.store.recordings import RecordingStore
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import format_vehicle
+from tests.service.conftest import away, manual_runs, sampled, serving, started, until
 
 TERMINATE = (
     "select pg_terminate_backend(pid) from pg_stat_activity "
@@ -24,7 +24,7 @@ TERMINATE = (
 
 
 @pytest.fixture(scope="module")
-def services(postgresql_url, serving):
+def services(postgresql_url):
     """Clients of two services on one PostgreSQL."""
     with serving(postgresql_url) as one, serving(postgresql_url) as another:
         yield one, another
@@ -42,16 +42,16 @@ def at_once(*calls):
         return list(pool.map(made, calls))
 
 
-def solved(service, started, sampled):
+def solved(service):
     path = started(service)
     sampled(service, path)
     assert service.post(f"{path}/solve").status_code == 200
     return path
 
 
-def test_of_two_results_that_two_services_accept_at_once_one_is_refused(services, started, sampled):
+def test_of_two_results_that_two_services_accept_at_once_one_is_refused(services):
     for _ in range(3):
-        paths = [solved(service, started, sampled) for service in services]
+        paths = [solved(service) for service in services]
         before = services[0].get("/v1/vehicles/omnimate").json()["version"]
         answers = at_once(
             *(
@@ -101,9 +101,7 @@ def test_of_two_vehicles_of_one_name_that_are_added_at_once_one_is_refused(servi
         assert sorted(answer.status_code for answer in answers) == [201, 409]
 
 
-def test_connections_that_the_server_ends_give_no_error_of_the_service(
-    services, postgresql_url, started, manual_runs
-):
+def test_connections_that_the_server_ends_give_no_error_of_the_service(services, postgresql_url):
     service, run = services[0], next(manual_runs())
     path, engine = started(service), sqlalchemy.create_engine(postgresql_url, isolation_level="AUTOCOMMIT")
     acknowledged = 0
@@ -123,19 +121,13 @@ def test_connections_that_the_server_ends_give_no_error_of_the_service(
     assert len(stored.json()["samples"]) >= acknowledged
 
 
-def test_a_robot_that_is_lost_while_the_database_is_away_is_read_again(
-    database, until, monkeypatch, tmp_path
-):
+def test_a_robot_that_is_lost_while_the_database_is_away_is_read_again(database, monkeypatch, tmp_path):
     recordings = RecordingStore(database, str(tmp_path), 10**9)
     reporter = SessionReporter(database, EventStream().announce, "omnimate", "this", recordings)
     robot = RobotThread(None, simulated_plant(reference_vehicle()), 1.0, reporter)
     robot.start()
     until(lambda: robot.reservation.problem is None)
-
-    def away(*_):
-        raise OperationalError("update", {}, OSError())
-
-    monkeypatch.setattr(robot, "_reporter", Away(robot._reporter, away))
+    monkeypatch.setattr(robot, "_reporter", Away(robot._reporter))
     robot.reservation.reserve("some session")
     robot.reload()
     until(lambda: robot.reservation.session is None)
@@ -148,12 +140,13 @@ def test_a_robot_that_is_lost_while_the_database_is_away_is_read_again(
 class Away:
     """A reporter whose database is away."""
 
-    def __init__(self, reporter, away):
-        self.vehicle = self.interrupted = self.renew = away
+    vehicle = interrupted = renew = staticmethod(away)
+
+    def __init__(self, reporter):
         self.announce = reporter.announce
 
 
-def test_a_full_sqlite_database_refuses_changes_and_goes_on_when_there_is_space(client, started, manual_runs):
+def test_a_full_sqlite_database_refuses_changes_and_goes_on_when_there_is_space(client):
     path, run = started(client), next(manual_runs())
     database = client.components.database
     assert client.post(f"{path}/samples", json=run).status_code == 201

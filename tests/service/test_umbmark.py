@@ -4,20 +4,18 @@ import json
 
 import pytest
 
-SESSIONS = "/v1/umbmark/sessions"
+from tests.service.conftest import SESSIONS, TRUE, manual_runs, sampled, started
 
 
-def test_a_session_by_hand_finds_the_true_sizes_and_makes_a_new_version(
-    service, started, sampled, true_truck
-):
+def test_a_session_by_hand_finds_the_true_sizes_and_makes_a_new_version(service):
     path = started(service)
     before = service.get("/v1/vehicles/omnimate")
     sampled(service, path)
     result = service.post(f"{path}/solve")
     assert result.status_code == 200
     sizes = result.json()["trucks"]["a"]["calibrated"]
-    assert sizes["wheelbase"] == pytest.approx(true_truck.wheelbase, rel=1e-6)
-    ratio = true_truck.wheel_diameter_right / true_truck.wheel_diameter_left
+    assert sizes["wheelbase"] == pytest.approx(TRUE.wheelbase, rel=1e-6)
+    ratio = TRUE.wheel_diameter_right / TRUE.wheel_diameter_left
     assert sizes["wheel_diameter_right"] / sizes["wheel_diameter_left"] == pytest.approx(ratio, rel=1e-6)
     accepted = service.post(f"{path}/accept", headers={"If-Match": result.headers["ETag"]})
     assert accepted.json()["state"] == "accepted"
@@ -27,12 +25,12 @@ def test_a_session_by_hand_finds_the_true_sizes_and_makes_a_new_version(
     assert former.json()["toml"] == before.json()["toml"]
 
 
-def test_a_new_session_was_changed_when_it_was_created(service, started):
+def test_a_new_session_was_changed_when_it_was_created(service):
     sessions = [service.get(started(service)).json() for _ in range(5)]
     assert [session["changed"] - session["created"] for session in sessions] == [0.0] * 5
 
 
-def test_all_methods_stand_side_by_side_with_intervals_that_hold_the_truth(client, started, sampled):
+def test_all_methods_stand_side_by_side_with_intervals_that_hold_the_truth(client):
     path = started(client, runs=5)
     sampled(client, path, 5, scatter=0.005)
     methods = client.post(f"{path}/solve").json()["trucks"]["a"]["methods"]
@@ -41,7 +39,7 @@ def test_all_methods_stand_side_by_side_with_intervals_that_hold_the_truth(clien
         assert method["e_b"]["low"] < method["e_b"]["value"] < method["e_b"]["high"]
 
 
-def test_a_run_that_is_left_out_takes_the_result_with_it(client, started, sampled):
+def test_a_run_that_is_left_out_takes_the_result_with_it(client):
     path = started(client)
     sampled(client, path)
     first = client.post(f"{path}/solve").json()
@@ -72,7 +70,7 @@ def test_a_start_that_no_robot_can_drive_is_refused_with_the_field(client, body,
 
 
 @pytest.mark.parametrize("x", ["NaN", "Infinity", "1e308", '"far"'])
-def test_a_pose_that_is_nowhere_is_refused_and_nothing_is_kept(client, x, started, manual_runs):
+def test_a_pose_that_is_nowhere_is_refused_and_nothing_is_kept(client, x):
     path = started(client)
     body = json.dumps(next(manual_runs())).replace('"after": {"x": ', f'"after": {{"x": {x}, "z": ')
     answer = client.post(f"{path}/samples", content=body, headers={"Content-Type": "application/json"})
@@ -80,7 +78,7 @@ def test_a_pose_that_is_nowhere_is_refused_and_nothing_is_kept(client, x, starte
     assert client.get(path).json()["samples"] == []
 
 
-def test_the_plot_is_a_picture_of_each_kind(client, started, sampled):
+def test_the_plot_is_a_picture_of_each_kind(client):
     path = started(client)
     sampled(client, path)
     client.post(f"{path}/solve")
@@ -88,7 +86,7 @@ def test_the_plot_is_a_picture_of_each_kind(client, started, sampled):
     assert b"<svg" in client.get(f"{path}/plot.svg").content[:500]
 
 
-def test_lists_are_read_page_by_page_newest_first(service, started):
+def test_lists_are_read_page_by_page_newest_first(service):
     made = [started(service).rpartition("/")[2] for _ in range(5)]
     seen, after = [], None
     while len(seen) < 5:

@@ -19,6 +19,7 @@ from omnimate.service.vda5050.factsheet import REQUIRED, FactsheetError, load_fa
 from omnimate.service.vda5050.messages import Sender, action_state, state_of, with_actions
 from omnimate.service.vda5050.publisher import BrokerError, Publisher
 from omnimate.vcan_sim.reference import reference_vehicle
+from tests.service.conftest import serving
 
 paho = pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 
@@ -136,25 +137,20 @@ def test_a_factsheet_has_the_calibrated_wheels_and_keeps_what_the_manufacturer_s
 
 
 @pytest.mark.parametrize(
-    ("changed", "words"),
+    ("text", "words"),
     [
-        ({"serialNumber": "a/b"}, "serialNumber"),
-        ({"physicalParameters": {"speedMin": 0.0}}, "speedMax"),
-        ({"loadSpecification": None}, "loadSpecification is missing"),
-        ({"agvGeometry": {}}, "width in metres"),
+        (json.dumps(SHEET | {"serialNumber": "a/b"}), "serialNumber"),
+        (json.dumps(SHEET | {"physicalParameters": {"speedMin": 0.0}}), "speedMax"),
+        (json.dumps(SHEET | {"loadSpecification": None}), "loadSpecification is missing"),
+        (json.dumps(SHEET | {"agvGeometry": {}}), "width in metres"),
+        ("[" * 100_000, "cannot be read as JSON"),
     ],
+    ids=["serial", "speed", "load", "wheels", "too deep"],
 )
-def test_a_factsheet_that_lacks_something_is_refused_with_what_it_lacks(tmp_path, changed, words):
+def test_a_factsheet_that_lacks_something_is_refused_with_what_it_lacks(tmp_path, text, words):
     path = tmp_path / "factsheet.json"
-    path.write_text(json.dumps(SHEET | changed))
+    path.write_text(text)
     with pytest.raises(FactsheetError, match=words):
-        load_factsheet(path)
-
-
-def test_a_factsheet_too_deep_to_be_read_is_refused(tmp_path):
-    path = tmp_path / "factsheet.json"
-    path.write_text("[" * 100_000)
-    with pytest.raises(FactsheetError, match="cannot be read as JSON"):
         load_factsheet(path)
 
 
@@ -231,7 +227,7 @@ def manager(serial):
 
 @pytest.mark.slow
 def test_a_fleet_manager_sees_the_robot_asks_for_its_factsheet_and_gets_a_new_calibration(
-    broker, sheet, tmp_path, serving
+    broker, sheet, tmp_path
 ):
     serial = json.loads(sheet.read_text())["serialNumber"]
     with manager(serial) as (await_message, ask):
