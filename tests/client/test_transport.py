@@ -1,58 +1,23 @@
 """How calls are sent, repeated and refused, against a server that answers from a list."""
 
 import json
-import threading
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 
 from omnimate.client import Client, ProblemError, UnreachableError, UrlError
 from omnimate.client.transport import Event
+from tests.client.answering import LOST, Answering, answering
 
 PROBLEM = "application/problem+json"
 BUSY = {"status": 429, "title": "Too many", "detail": "50 diagnoses wait"}
-LOST = None  # the connection is closed without an answer
 HEALTHY = (200, {"Content-Type": "application/json"}, '{"status": "ok"}')
 WEBHOOK = (201, {"Content-Type": "application/json"}, '{"id": "w1"}')
 
 
-class Answering(ThreadingHTTPServer):
-    """A server that gives its `answers` in turn, and keeps the requests."""
-
-    def __init__(self):
-        super().__init__(("127.0.0.1", 0), Handler)
-        self.answers, self.requests = [], []
-        self.url = f"http://127.0.0.1:{self.server_port}"
-
-
-class Handler(BaseHTTPRequestHandler):
-    def answer(self):
-        content = self.rfile.read(int(self.headers.get("Content-Length", 0)))
-        self.server.requests.append((self.command, self.path, dict(self.headers), content))
-        answer = self.server.answers.pop(0)
-        if answer is LOST:
-            return
-        status, headers, body = answer
-        self.send_response(status)
-        for name, value in headers.items():
-            self.send_header(name, value)
-        self.end_headers()
-        self.wfile.write(body.encode())
-
-    do_GET = do_POST = do_PUT = do_DELETE = answer  # noqa: N815
-
-    def log_message(self, *_):
-        """Keep the tests' output quiet."""
-
-
 @pytest.fixture
 def server():
-    with Answering() as answering:
-        thread = threading.Thread(target=answering.serve_forever, kwargs={"poll_interval": 0.01})
-        thread.start()
-        yield answering
-        answering.shutdown()
-        thread.join()
+    with answering() as opened:
+        yield opened
 
 
 @pytest.fixture

@@ -20,8 +20,9 @@ from sqlalchemy.exc import OperationalError
 from omnimate.calib.umbmark.exact import square_returns
 from omnimate.files.recordings.folder import save_recording
 from omnimate.files.recordings.zipped import pack
+from omnimate.fleet.hall.hall import draw_hall, write_store
 from omnimate.ipec.tracker import track_recording
-from omnimate.motion.paths import umbmark
+from omnimate.motion.paths import rounded_rectangle, umbmark
 from omnimate.service.app import create_app
 from omnimate.service.components import Components
 from omnimate.service.robot.robot_server import serve_robot
@@ -29,10 +30,12 @@ from omnimate.service.settings import Settings
 from omnimate.service.store import vehicles
 from omnimate.service.store.database import MIGRATIONS, Database
 from omnimate.service.store.tables import RecordingRow
+from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, uncalibrated
 from omnimate.vehicle.parameters import Truck
+from tests.service.zips import zipped
 
 SERVER = "postgresql+psycopg://postgres@127.0.0.1:5432/postgres"
 NOMINAL = reference_vehicle().trucks["a"]
@@ -40,6 +43,7 @@ NOMINAL = reference_vehicle().trucks["a"]
 TRUE = Truck(wheelbase=0.336, wheel_diameter_left=0.1499, wheel_diameter_right=0.1501)
 SESSIONS = "/v1/umbmark/sessions"
 ZIP = {"Content-Type": "application/zip"}
+LONG_DRIVE = {"how": "drive", "side": 50.0, "runs": 50, "lifeline": None}  # lasts until it is stopped
 PATIENCE = 120.0  # [s] that a slow machine may take
 
 
@@ -215,6 +219,24 @@ def drive_zip(side, *, calibrated=False):
     vehicle = reference_vehicle()
     program = umbmark(side, 1, speed=0.4, link_length=vehicle.linkage.length)
     return zip_of(simulate(vehicle, Truth(vehicle if calibrated else uncalibrated(vehicle), seed=3), program))
+
+
+@cache
+def biased_zip():
+    """Simulate a drive whose joint_a reads half a degree too much; return its recording as a zip."""
+    vehicle = reference_vehicle()
+    truth = Truth(vehicle, effects=linkage_biases(joint_a=math.radians(0.5)), seed=3)
+    return zip_of(simulate(vehicle, truth, rounded_rectangle(6.0, 3.25, ["ccw", "cw"])))
+
+
+@cache
+def day_zip():
+    """Simulate a day's recordings of two robots; return them as a zip."""
+    with TemporaryDirectory() as place:
+        hall = draw_hall(2, 2, faulty=0, places=0, sync_period=0.04)
+        write_store(hall, Path(place), range(1), 1, 1.0)
+        files = Path(place).glob("robot=*/*/*/*")
+        return zipped({str(path.relative_to(place)): path.read_bytes() for path in files})
 
 
 def uploaded(client, side, **options):

@@ -97,14 +97,10 @@ def test_a_password_in_the_url_of_a_webhook_of_an_earlier_version_is_removed(url
     engine = sqlalchemy.create_engine(database_url)
     with engine.begin() as connection:
         migrate(connection, "0007")
-        connection.execute(sqlalchemy.text("insert into fleets (id, created) values ('hall', 1)"))
-        connection.execute(
-            sqlalchemy.text("insert into webhooks values ('1', 'hall', :url, 'whsec_', 1)"), {"url": url}
-        )
-        connection.execute(
-            sqlalchemy.text(
-                "insert into deliveries values ('1', '1', '{}', 'waiting', 1, 1, 'no port: hunter2', 1, 1)"
-            )
+        connection.exec_driver_sql("insert into fleets (id, created) values ('hall', 1)")
+        connection.exec_driver_sql("insert into webhooks values ('1', 'hall', ?, 'whsec_', 1)", (url,))
+        connection.exec_driver_sql(
+            "insert into deliveries values ('1', '1', '{}', 'waiting', 1, 1, 'no port: hunter2', 1, 1)"
         )
     engine.dispose()
     database = Database(database_url)

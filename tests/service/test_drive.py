@@ -5,10 +5,9 @@ import time
 import pytest
 
 from omnimate.service.store.tables import SessionRow
-from tests.service.conftest import SESSIONS, sampled, started, until
+from tests.service.conftest import LONG_DRIVE, SESSIONS, sampled, started, until
 
 DRIVE = {"how": "drive", "side": 1.0, "runs": 1}
-LONG_DRIVE = {"how": "drive", "side": 50.0, "runs": 50}  # lasts until it is stopped
 
 
 @pytest.fixture

@@ -8,9 +8,8 @@ import socket
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import cache
-from http.server import BaseHTTPRequestHandler, HTTPServer
 from itertools import count, pairwise
-from threading import Event, Thread
+from threading import Event
 
 import pytest
 from hypothesis import given, settings
@@ -32,6 +31,7 @@ from omnimate.service.fleets.webhooks import (
     signed_headers,
 )
 from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow
+from tests.client.answering import answering
 from tests.service.conftest import until
 from tests.service.hall_results import DATES, FAULTY, daily_report, place
 
@@ -241,44 +241,23 @@ def test_the_signature_is_that_of_the_standards_example():
     assert headers["webhook-signature"] == "v1,g0hM9SsE+OTPJTGt/tmIKtSyZlE3uFJELVlNIOLJ1OE="
 
 
-class Receiver(BaseHTTPRequestHandler):
-    """A receiver that checks the signature, and refuses the first attempt."""
-
-    received: list
-    secret = ""
-
-    def do_POST(self):
-        body = self.rfile.read(int(self.headers["Content-Length"])).decode()
-        signed = f"{self.headers['webhook-id']}.{self.headers['webhook-timestamp']}.{body}".encode()
-        key = base64.b64decode(self.secret.removeprefix("whsec_"))
-        expected = base64.b64encode(hmac.new(key, signed, hashlib.sha256).digest()).decode()
-        self.received.append((self.path, self.headers["webhook-signature"] == f"v1,{expected}", body))
-        first = len(self.received) == 1
-        self.send_response(302 if first else 204)
-        if first:
-            self.send_header("Location", "/elsewhere")
-        self.end_headers()
-
-    def log_message(self, *_arguments):
-        pass
-
-
 def test_a_message_arrives_signed_at_a_server_and_follows_no_redirect(fleet):
-    handler = type("Handler", (Receiver,), {"received": []})
-    with HTTPServer(("127.0.0.1", 0), handler) as server:
-        Thread(target=server.serve_forever, daemon=True).start()
+    with answering() as server:
+        server.answers = [(302, {"Location": "/elsewhere"}, ""), (204, {}, "")]
         with fleet.writing() as db:
             webhook = db.query(WebhookRow).one()
-            webhook.url = f"http://127.0.0.1:{server.server_port}/hook"
-            handler.secret = webhook.secret
+            webhook.url = f"{server.url}/hook"
+            key = base64.b64decode(webhook.secret.removeprefix("whsec_"))
         note(fleet, replace(daily_report(), places=()))
         assert deliver_next(fleet, lambda: BEGIN, send_message)
         assert deliver_next(fleet, lambda: BEGIN + PAUSES[1], send_message)
-        server.shutdown()
-    assert [(path, valid) for path, valid, _ in handler.received] == [("/hook", True)] * 2
-    assert json.loads(handler.received[1][2])["type"] == "finding.opened"
+    for command, path, headers, body in server.requests:
+        signed = f"{headers['webhook-id']}.{headers['webhook-timestamp']}.".encode() + body
+        expected = base64.b64encode(hmac.new(key, signed, hashlib.sha256).digest()).decode()
+        assert (command, path, headers["webhook-signature"]) == ("POST", "/hook", f"v1,{expected}")
+        assert json.loads(body)["type"] == "finding.opened"
     row = delivery(fleet)
-    assert (row.state, row.answer) == ("accepted", "204 No Content")
+    assert (len(server.requests), row.state, row.answer) == (2, "accepted", "204 No Content")
 
 
 def test_a_receiver_that_is_not_there_is_tried_again(fleet):

@@ -9,7 +9,6 @@ import pytest
 from sqlalchemy.orm import Session
 
 from omnimate.fleet.batch.files import open_files
-from omnimate.fleet.hall.hall import draw_hall, write_store
 from omnimate.fleet.report_store import write_report
 from omnimate.service.errors import InvalidValueError, TooLargeError
 from omnimate.service.fleets.batches import add_batch
@@ -18,7 +17,7 @@ from omnimate.service.fleets.upload import store_day
 from omnimate.service.jobs.queue import claim_job
 from omnimate.service.store.recordings import find_unreadable
 from omnimate.service.store.tables import BatchRow, FleetRow, JobRow
-from tests.service.conftest import ZIP, until
+from tests.service.conftest import ZIP, day_zip, until
 from tests.service.hall_results import (
     ASKED,
     DATES,
@@ -36,14 +35,6 @@ pytest.importorskip("pyarrow")
 PATH = "/v1/fleets"
 LIMIT = 10**8  # [bytes]
 ENDED = {"done", "failed", "cancelled"}
-
-
-@pytest.fixture(scope="module")
-def day(tmp_path_factory):
-    """A day's recordings of two robots, as a zip."""
-    folder = tmp_path_factory.mktemp("hall")
-    write_store(draw_hall(2, 2, faulty=0, places=0, sync_period=0.04), folder, range(1), 1, 1.0)
-    return zipped({str(path.relative_to(folder)): path.read_bytes() for path in folder.glob("robot=*/*/*/*")})
 
 
 @pytest.fixture(scope="module")
@@ -92,10 +83,10 @@ def test_a_fleet_is_made_once_also_where_two_requests_make_it_at_once(client, mo
 
 
 @pytest.mark.slow
-def test_a_days_recordings_are_uploaded_and_a_batch_makes_their_results(client, day):
+def test_a_days_recordings_are_uploaded_and_a_batch_makes_their_results(client):
     location = client.post(PATH, json={"name": "small"}).headers["Location"]
     for _ in range(2):  # the same files twice do no harm
-        stored = client.post(f"{location}/recordings", content=day, headers=ZIP)
+        stored = client.post(f"{location}/recordings", content=day_zip(), headers=ZIP)
         assert stored.status_code == 201
         assert (stored.json()["recordings"], stored.json()["days"]) == (2, ["2026-03-02"])
     made = client.post(f"{location}/batches", json={"diagnose": False})

@@ -5,24 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omnimate.motion.paths import rounded_rectangle, squares
-from omnimate.vcan_sim.biases import linkage_biases
+from omnimate.motion.paths import squares
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.file import parse_vehicle
-from tests.service.conftest import ZIP, until, zip_of
+from tests.service.conftest import ZIP, biased_zip, until, zip_of
 
 VEHICLE = "/v1/vehicles/omnimate"
 NOT_TOLD = {"wheelbase of a", "wheelbase of b", "bias of joint_a", "bias of joint_b"}
-
-
-@pytest.fixture(scope="module")
-def biased():
-    """A drive whose joint_a reads half a degree too much, as a zip."""
-    vehicle = reference_vehicle()
-    truth = Truth(vehicle, effects=linkage_biases(joint_a=np.radians(0.5)), seed=3)
-    return zip_of(simulate(vehicle, truth, rounded_rectangle(6.0, 3.25, ["ccw", "cw"])))
 
 
 def stored(client, content):
@@ -31,8 +22,8 @@ def stored(client, content):
     return f"{made.headers['Location']}/learned"
 
 
-def test_a_biased_joint_is_named_with_its_value_and_what_it_may_be_instead(service, biased):
-    learned = service.get(stored(service, biased)).json()
+def test_a_biased_joint_is_named_with_its_value_and_what_it_may_be_instead(service):
+    learned = service.get(stored(service, biased_zip())).json()
     assert [wrong["name"] for wrong in learned["suspects"]] == ["bias of joint_a"]
     (bias,) = (value for value in learned["values"] if value["name"] == "joint_a bias")
     assert (bias["unit"], bias["described"]) == ("rad", 0.0)
@@ -44,8 +35,8 @@ def test_a_biased_joint_is_named_with_its_value_and_what_it_may_be_instead(servi
     assert "measure a straight" in said
 
 
-def test_what_was_learned_becomes_the_next_version_only_where_the_version_before_it_is_meant(service, biased):
-    path = stored(service, biased)
+def test_what_was_learned_becomes_the_next_version_only_where_the_version_before_it_is_meant(service):
+    path = stored(service, biased_zip())
     now = service.get(VEHICLE).json()
     number = service.get(path).json()["vehicle_version"]
     assert number == now["version"]

@@ -13,18 +13,13 @@ import numpy as np
 import pytest
 
 from omnimate.calib.umbmark.exact import square_returns
-from omnimate.files.recordings.folder import save_recording
-from omnimate.fleet.hall.hall import draw_hall, write_store
 from omnimate.fleet.report_store import write_report
-from omnimate.motion.paths import rounded_rectangle
-from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.reference import reference_vehicle
-from omnimate.vcan_sim.simulate import simulate
-from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.sonar import Sonar
 from studies.benchmark import OMNIMATE
 from studies.speed import service_process
+from tests.service.conftest import biased_zip, day_zip
 from tests.service.hall_results import ASKED, FAULTY, report_of_two_floors, write_results
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -170,6 +165,11 @@ def send_key(page, key):
     page.locator("#key-send").click()
 
 
+def file_of(name, content):
+    """Return a zip as a person chooses it."""
+    return {"name": f"{name}.zip", "mimeType": "application/zip", "buffer": content}
+
+
 def in_screen_units(pose):
     return 1e3 * pose[0], 1e3 * pose[1], math.degrees(pose[2])
 
@@ -303,20 +303,15 @@ def test_a_recording_is_uploaded_and_diagnosed_by_clicking(page, tmp_path, pictu
     expect(page.locator("#no-recordings")).to_be_visible(timeout=SOON)
 
 
-def test_what_the_filter_learned_is_shown_and_taken_over_by_clicking(robot_page, tmp_path, picture):
+def test_what_the_filter_learned_is_shown_and_taken_over_by_clicking(robot_page, picture):
     page = robot_page
     live(page)
     expect(page.locator("#learned tbody tr")).to_have_count(11, timeout=LATER)
     page.locator("#learned summary").click()
     expect(page.locator("#learned")).to_contain_text("drive rounded corners to both sides")
     picture(page, "learned-live")
-    robot = reference_vehicle()
-    truth = Truth(robot, effects=linkage_biases(joint_a=math.radians(0.5)), seed=3)
-    program = rounded_rectangle(6.0, 3.25, ["ccw", "cw"])
-    save_recording(simulate(robot, truth, program), tmp_path / "biased")
-    archive = shutil.make_archive(str(tmp_path / "biased"), "zip", tmp_path / "biased")
     page.locator("#tab-recordings").click()
-    page.locator("#upload").set_input_files(archive)
+    page.locator("#upload").set_input_files(file_of("biased", biased_zip()))
     page.get_by_role("button", name="Learned biased").click()
     learned = page.locator("#recording-learned")
     expect(learned.locator(".chosen")).to_contain_text("joint_a bias", timeout=LATER)
@@ -368,14 +363,10 @@ def test_a_fleet_is_shown_at_a_glance_with_its_floor_a_robots_history_and_report
         picture(page, "phone-fleet")
 
 
-def test_a_days_recordings_are_uploaded_and_worked_on_by_clicking(page, tmp_path, picture):
-    store = tmp_path / "store"
-    write_store(draw_hall(2, 2, faulty=0, places=0, sync_period=0.04), store, range(1), 1, 1.0)
-    (store / "hall.toml").unlink()
-    archive = shutil.make_archive(str(tmp_path / "day"), "zip", store)
+def test_a_days_recordings_are_uploaded_and_worked_on_by_clicking(page, picture):
     show_fleet(page, "small")
     expect(page.locator("#fleet-title")).to_have_text("Fleet small", timeout=SOON)
-    page.locator("#fleet-upload").set_input_files(archive)
+    page.locator("#fleet-upload").set_input_files(file_of("day", day_zip()))
     expect(page.locator("#fleet-upload-message")).to_contain_text("2 recordings of 2 robots", timeout=SOON)
     page.locator("#fleet-diagnose").uncheck()
     page.locator("#batch-start").click()
@@ -582,16 +573,12 @@ def assert_accessible(page, view):
 @pytest.mark.parametrize("locale", ["en-US", "de-DE"])
 def test_axe_finds_no_violation_in_any_view(browser, tmp_path, locale):
     write_results(str(tmp_path / "fleets" / "hall-3" / "results"))
-    robot = reference_vehicle()
-    program = rounded_rectangle(6.0, 3.25, ["ccw"])
-    save_recording(simulate(robot, Truth(robot, seed=3), program), tmp_path / "drive")
-    archive = shutil.make_archive(str(tmp_path / "drive"), "zip", tmp_path / "drive")
     with serving(tmp_path) as address, opened(browser, address, locale) as page:
         live(page)
         expect(page.locator("#learned tbody tr")).to_have_count(11, timeout=LATER)
         assert_accessible(page, "floor")
         page.locator("#tab-recordings").click()
-        page.locator("#upload").set_input_files(archive)
+        page.locator("#upload").set_input_files(file_of("drive", biased_zip()))
         expect(page.locator("#recording-list input")).to_have_count(1, timeout=SOON)
         page.locator("#recording-list .buttons button").first.click()
         expect(page.locator("#recording-learned")).to_be_visible(timeout=LATER)

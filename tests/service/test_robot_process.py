@@ -22,10 +22,9 @@ from omnimate.service.umbmark.models import SessionStart
 from omnimate.service.umbmark.sessions import start_session, take_lease
 from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.nodes.drive import DriveDevice
-from tests.service.conftest import SESSIONS, ZIP, away, drive_zip, serving, until
+from tests.service.conftest import LONG_DRIVE, SESSIONS, ZIP, away, drive_zip, serving, until
 
 service_process = pytest.importorskip("studies.speed.service_process")
-LONG_DRIVE = {"how": "drive", "side": 50.0, "runs": 50, "lifeline": None}
 
 
 @pytest.fixture

@@ -9,11 +9,9 @@ import pytest
 
 from omnimate.service.store.database import Database
 from omnimate.service.store.tables import JobRow, SessionRow
-from tests.service.conftest import until, uploaded
+from tests.service.conftest import LONG_DRIVE, until, uploaded
 
 service_process = pytest.importorskip("studies.speed.service_process")
-
-DRIVE = {"how": "drive", "side": 50.0, "runs": 50, "lifeline": None}
 
 
 def half_sent(url, body):
@@ -40,7 +38,7 @@ def test_sigterm_ends_a_service_in_good_order(tmp_path):
         httpx2.Client(base_url=service.url, timeout=60.0) as client,
     ):
         recording = uploaded(client, 4.0)
-        session = client.post("/v1/umbmark/sessions", json=DRIVE).json()["id"]
+        session = client.post("/v1/umbmark/sessions", json=LONG_DRIVE).json()["id"]
         until(lambda: any(client.get("/v1/robot").json()["state"]["wheels"]))
         job = client.post("/v1/diagnoses", json={"recordings": [recording]}).json()["id"]
         until(lambda: client.get(f"/v1/diagnoses/{job}").json()["state"] == "running")
