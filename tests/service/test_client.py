@@ -82,8 +82,11 @@ def test_a_day_of_a_fleet_is_uploaded_as_a_folder_and_processed_as_a_batch(api, 
 
 
 def test_streams_yield_the_robot_and_the_frames_of_its_bus(api):
-    stream = api.robot.stream_robot()
-    assert next(event.data["mode"] for event in stream if event.kind == "state") == "simulated"
+    stream, seen = api.robot.stream_robot(), {}
+    while not seen.keys() >= {"state", "nodes"}:
+        event = next(stream)
+        seen[event.kind] = event.data
+    assert (seen["state"]["mode"], len(seen["nodes"]["nodes"])) == ("simulated", 11)
     stream.close()
     frames = list(api.robot.stream_frames(count=3))
     assert len(frames) == 3

@@ -14,17 +14,6 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 PATIENCE = 600.0  # [s] of an example that normally takes seconds
 
 
-@pytest.mark.slow
-def test_the_stream_begins_with_the_robot_and_its_nodes(url):
-    with httpx2.stream("GET", f"{url}/v1/robot/stream", timeout=60.0) as stream:
-        assert stream.headers["content-type"].startswith("text/event-stream")
-        kinds = set()
-        for line in stream.iter_lines():
-            kinds |= {line} if line.startswith("event: ") else set()
-            if kinds >= {"event: state", "event: nodes"}:
-                break
-
-
 def test_the_page_and_the_document_come_without_any_other_host(url):
     page = httpx2.get(url, timeout=60.0)
     assert "default-src 'self'" in page.headers["content-security-policy"]
@@ -35,16 +24,20 @@ def test_the_page_and_the_document_come_without_any_other_host(url):
     assert len({call["operationId"] for call in calls}) == len(calls)
 
 
-@pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not on this machine")
-def test_the_example_with_curl_calibrates_the_robot(url):
-    done = subprocess.run(
-        ["bash", EXAMPLES / "05_fleet.sh", url, "1", "2"],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=PATIENCE,
-    )  # fmt: skip
-    assert "wheel_separation_multiplier: 0.98" in done.stdout
+@pytest.mark.parametrize(
+    ("program", "example", "words"),
+    [
+        ("bash", "05_fleet.sh", ["wheel_separation_multiplier: 0.98"]),
+        (sys.executable, "06_fleet_client.py", ["E_max,syst", "is now at version"]),
+    ],
+    ids=["curl", "python"],
+)
+def test_the_example_calibrates_the_robot(url, program, example, words):
+    if program == "bash" and shutil.which("curl") is None:
+        pytest.skip("curl is not on this machine")
+    command = [program, EXAMPLES / example, url, "1", "2"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=PATIENCE)
+    assert all(word in done.stdout for word in words)
 
 
 @pytest.mark.slow
@@ -56,15 +49,6 @@ def test_another_generator_makes_a_client_from_the_document(url, tmp_path):
     )  # fmt: skip
     code = "from omnimate_client.api.umbmark import accept_result; from omnimate_client.models import Solve"
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path / "gen", check=True)
-
-
-def test_the_example_in_python_calibrates_the_robot(url):
-    done = subprocess.run(
-        [sys.executable, EXAMPLES / "06_fleet_client.py", url, "1", "2"],
-        capture_output=True, text=True, check=True, timeout=PATIENCE,
-    )  # fmt: skip
-    assert "E_max,syst" in done.stdout
-    assert "is now at version" in done.stdout
 
 
 @pytest.mark.slow

@@ -1,13 +1,12 @@
 """Diagnoses as jobs: done in a process of their location, retried when it dies, never stuck."""
 
 import multiprocessing
-import time
 from contextlib import contextmanager
 
 import pytest
 
 from omnimate.service.jobs import worker
-from omnimate.service.store.tables import DiagnosisRow, RecordingRow
+from omnimate.service.store.tables import RecordingRow
 from tests.service.conftest import until, uploaded
 
 PATH = "/v1/diagnoses"
@@ -57,20 +56,6 @@ def test_what_its_process_dies_of_is_tried_again_and_then_given_up(client, undia
     job = client.get(location).json()
     assert (job["state"], job["attempts"]) == ("failed", 3)
     assert job["error"].startswith("given up after 3 attempts: its process ended with code ")
-
-
-@pytest.mark.slow
-def test_what_a_dead_service_worked_at_is_taken_up(client, recording):
-    with client.components.database.writing() as db:
-        db.add(
-            DiagnosisRow(
-                id="orphan", recordings=[recording], state="running", progress=0.5, doing="",
-                attempts=1, created=time.time(), changed=time.time(), owner="another",
-                lease=time.time() - 1.0,
-            )
-        )  # fmt: skip
-    until(lambda: client.get(f"{PATH}/orphan").json()["state"] == "done")
-    assert client.get(f"{PATH}/orphan").json()["attempts"] == 2
 
 
 @pytest.fixture
