@@ -1,5 +1,7 @@
 """The frame feed: every frame to the lap's recorder and to every reader, none of which delays the bus."""
 
+from unittest.mock import Mock, call
+
 import can
 import pytest
 
@@ -9,21 +11,8 @@ from omnimate.vcan_sim.reference import reference_vehicle
 MESSAGE = can.Message(arbitration_id=0x181, data=b"\x01\x02", is_extended_id=False)
 
 
-class Recorder:
-    """Keeps what it is given."""
-
-    def __init__(self):
-        self.frames, self.vehicles = [], []
-
-    def frame(self, at, message):
-        self.frames.append((at, message))
-
-    def use(self, vehicle):
-        self.vehicles.append(vehicle)
-
-
 def test_a_frame_reaches_the_recorder_of_the_lap_and_no_one_between_laps():
-    feed, recorder = FrameFeed(), Recorder()
+    feed, recorder = FrameFeed(), Mock()
     feed.frame(1.0, MESSAGE)
     feed.use(reference_vehicle())
     feed.recorder = recorder
@@ -31,8 +20,7 @@ def test_a_frame_reaches_the_recorder_of_the_lap_and_no_one_between_laps():
     feed.use(reference_vehicle())
     feed.recorder = None
     feed.frame(3.0, MESSAGE)
-    assert recorder.frames == [(2.0, MESSAGE)]
-    assert recorder.vehicles == [reference_vehicle()]
+    assert recorder.mock_calls == [call.frame(2.0, MESSAGE), call.use(reference_vehicle())]
     assert feed.frames == 3
 
 
@@ -46,12 +34,9 @@ def test_every_reader_gets_every_frame_as_candump_prints_it_until_its_block_ends
 
 
 def test_a_reader_gets_frames_that_a_full_disk_refuses():
-    class FullDisk(Recorder):
-        def frame(self, at, message):
-            raise OSError("full")
-
     feed = FrameFeed()
-    feed.recorder = FullDisk()
+    feed.recorder = Mock()
+    feed.recorder.frame.side_effect = OSError("full")
     with feed.reader() as lines:
         with pytest.raises(OSError, match="full"):
             feed.frame(1.5, MESSAGE)

@@ -4,6 +4,7 @@ import multiprocessing
 import os
 import subprocess
 import sys
+from unittest.mock import Mock
 
 import pytest
 
@@ -13,18 +14,6 @@ from omnimate.service.jobs.queue import finish_job
 from omnimate.service.store.tables import JobRow
 
 
-class Process:
-    """A process that has ended."""
-
-    exitcode = -9
-
-    def is_alive(self):
-        return False
-
-    def join(self, _seconds):
-        pass
-
-
 def outcome_of(messages, go_on=lambda _message: True, *, close=True):
     """Return the outcome of a process that sent messages and ended."""
     ours, theirs = multiprocessing.Pipe()
@@ -32,7 +21,8 @@ def outcome_of(messages, go_on=lambda _message: True, *, close=True):
         theirs.send(message)
     if close:
         theirs.close()
-    return JobProcess(Process(), ours).outcome(go_on)
+    process = Mock(exitcode=-9, is_alive=lambda: False)
+    return JobProcess(process, ours).outcome(go_on)
 
 
 def test_the_last_message_is_the_outcome():

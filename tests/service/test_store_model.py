@@ -5,6 +5,7 @@ Two services work on one database; their routes are called as a client calls the
 
 import json
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 from hypothesis import settings
@@ -78,17 +79,9 @@ class Store(RuleBasedStateMachine):
                 database=self.database,
                 vehicle="omnimate",
                 settings=SimpleNamespace(instance=instance, lifetime=LIFETIME),
-                robot=SimpleNamespace(
-                    reservation=SimpleNamespace(
-                        reserve=lambda _session: None,
-                        begin=lambda _order: True,
-                        release=lambda _session: None,
-                        stop=lambda _reason, _session: None,
-                    ),
-                    reload=lambda: None,
-                ),
+                robot=Mock(),
                 reporter=SessionReporter(self.database, lambda *_: None, "omnimate", instance, None),
-                worker=SimpleNamespace(wake=lambda: None),
+                worker=Mock(),
             )
             for instance in ("this", "another")
         }

@@ -32,14 +32,10 @@ def end_of(place, metres=4.0, y=0.0):
     return states["pose"][0, 0]
 
 
-def test_a_joint_costs_each_wheel_its_size_once():
+@pytest.mark.parametrize(("y", "lost"), [(0.0, 0.003), (1.0, 0.0)])
+def test_a_joint_costs_each_wheel_its_size_once_and_nothing_beyond_its_ends(y, lost):
     joint = Place("joint", 2.0, 0.0, reach=0.5, size=0.003, direction=np.pi / 2)
-    assert end_of(joint)[0] == pytest.approx(4.0 - 0.003)
-
-
-def test_a_joint_is_not_met_beyond_its_ends():
-    joint = Place("joint", 2.0, 0.0, reach=0.5, size=0.003, direction=np.pi / 2)
-    assert end_of(joint, y=1.0)[0] == pytest.approx(4.0)
+    assert end_of(joint, y=y)[0] == pytest.approx(4.0 - lost)
 
 
 def test_an_oily_patch_costs_its_part_of_the_way_over_it():
