@@ -6,35 +6,24 @@ import sys
 
 import pytest
 
-COUNTERS = (
-    "arena",
-    "ordblks",
-    "smblks",
-    "hblks",
-    "hblkhd",
-    "usmblks",
-    "fsmblks",
-    "uordblks",
-    "fordblks",
-    "keepcost",
-)
 SIZE = 4_000_000  # [bytes] of a block
-# Prints how much of a block is in pages of its own, after a block of the same size was freed.
+# Prints how much of a block is in pages of its own, after a block of the same size was freed: `hblkhd`, the
+# fifth of ten counters (mallinfo(3)).
 PROGRAM = f"""
 import ctypes
 from omnimate.service.processes import return_freed_memory
 
 class Counters(ctypes.Structure):
-    _fields_ = [(name, ctypes.c_size_t) for name in {COUNTERS}]
+    _fields_ = [("all", ctypes.c_size_t * 10)]
 
 mallinfo2 = ctypes.CDLL(None).mallinfo2
 mallinfo2.restype = Counters
 {{call}}
 block = bytes({SIZE})
 del block
-before = mallinfo2().hblkhd
+before = mallinfo2().all[4]
 block = bytes({SIZE})
-print(mallinfo2().hblkhd - before)
+print(mallinfo2().all[4] - before)
 """
 
 
