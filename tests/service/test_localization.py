@@ -1,22 +1,13 @@
 """The localization of the live robot: plain odometry from the first sample, the tracker once it is loaded."""
 
-import math
-
 import numpy as np
 import pytest
 
 from omnimate.service.robot.observer import LOADING_SAMPLES, Localization
 from omnimate.vehicle.odometry import dead_reckon
-from omnimate.vehicle.sample import Sample
+from tests.ipec.conftest import samples
 
 UNKNOWN = ("ipec", "filter", "sigma", "corrections", "lost")
-
-
-def samples_of(recording):
-    nothing = (math.nan,) * recording.counts.shape[1]
-    for index, counts in enumerate(recording.counts):
-        present = tuple(map(bool, recording.present[index]))
-        yield Sample(index, recording.time[index], tuple(map(int, counts)), present, nothing, nothing)
 
 
 def take(localization, sample):
@@ -35,7 +26,7 @@ def tracker_at_once(monkeypatch):
 
 def test_plain_odometry_is_that_of_the_whole_recording(small_recording, tracker_at_once):
     localization = Localization(small_recording.vehicle)
-    for sample in samples_of(small_recording):
+    for sample in samples(small_recording):
         take(localization, sample)
     event = localization.as_event()
     for name, truck in (("plain", "a"), ("follower", "b")):
@@ -46,14 +37,14 @@ def test_plain_odometry_is_that_of_the_whole_recording(small_recording, tracker_
 
 def test_once_the_tracker_is_loaded_it_goes_on_from_where_odometry_is(small_recording, tracker_at_once):
     localization = Localization(small_recording.vehicle)
-    samples = list(samples_of(small_recording))
-    half = len(samples) // 2
-    for sample in samples[:half]:
+    every = list(samples(small_recording))
+    half = len(every) // 2
+    for sample in every[:half]:
         take(localization, sample)
     before = localization.as_event()["plain"]
     tracker_at_once()
-    take(localization, samples[half])
-    take(localization, samples[half + 1])
+    take(localization, every[half])
+    take(localization, every[half + 1])
     event = localization.as_event()
     assert all(event[name] is not None for name in UNKNOWN)
     for estimate in ("ipec", "filter"):
@@ -66,6 +57,6 @@ def test_a_tracker_is_loaded_after_a_few_complete_samples_and_only_once(small_re
     monkeypatch.setattr(Localization, "_load_tracker", lambda _self, samples: loaded.append(len(samples)))
     monkeypatch.setattr("threading.Thread.start", lambda thread: thread.run())
     localization = Localization(small_recording.vehicle)
-    for sample, _ in zip(samples_of(small_recording), range(10 * LOADING_SAMPLES), strict=False):
+    for sample, _ in zip(samples(small_recording), range(10 * LOADING_SAMPLES), strict=False):
         take(localization, sample)
     assert loaded == [LOADING_SAMPLES]

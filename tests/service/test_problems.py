@@ -4,9 +4,7 @@ import errno
 import json
 import re
 import time
-import tomllib
 from http import HTTPStatus
-from pathlib import Path
 
 import pytest
 from fastapi import FastAPI
@@ -17,10 +15,8 @@ from omnimate.service.errors import ServiceError
 from omnimate.service.problems import DISK_FULL, MEDIA, documented, install
 from omnimate.service.store.tables import SessionRow
 from omnimate.vehicle.errors import OmnimateError
+from tests.samples import broken
 from tests.service.conftest import sampled, started
-
-DATA = Path(__file__).parents[1] / "data" / "service" / "problems.toml"
-CASES = tomllib.loads(DATA.read_text(encoding="utf-8"))["case"]
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +45,11 @@ def filled(text, sessions):
     return re.sub(r"\{(\w+)\}", lambda match: sessions[match[1]], text)
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case['method']} {case['path']} {case['status']}")
+@pytest.mark.parametrize(
+    "case",
+    broken("service/problems.toml"),
+    ids=lambda case: f"{case['method']} {case['path']} {case['status']}",
+)
 def test_a_refused_request_is_answered_with_its_problem_detail(client, sessions, case):
     body = json.dumps(case["json"]) if "json" in case else case.get("body")
     headers = ({"Content-Type": "application/json"} if "json" in case else {}) | case.get("headers", {})

@@ -6,11 +6,9 @@ import json
 import os
 import pickle
 import shutil
-import tomllib
 import tracemalloc
 import zipfile
 from operator import attrgetter
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -20,12 +18,11 @@ from omnimate.files.recordings.zipped import pack
 from omnimate.service.errors import InvalidValueError, MediaTypeError, ServiceError, TooLargeError
 from omnimate.service.recording_zip import MAX_FILES, unpack
 from omnimate.service.store.recordings import RecordingStore, read_in_process, summarize
+from tests.samples import broken
 from tests.service.zips import zipped
 
 LIMIT = 100_000_000
-REFUSED = tomllib.loads(
-    (Path(__file__).parents[1] / "data" / "service" / "refused_zips.toml").read_text(encoding="utf-8")
-)["case"]
+REFUSED = broken("service/refused_zips.toml")
 
 
 def test_a_packed_folder_is_unpacked_byte_for_byte(recording_folder, recording_files, tmp_path):
