@@ -28,6 +28,7 @@ def folder(tmp_path_factory):
 
 
 def test_a_session_by_hand_is_solved_and_makes_a_new_version(api):
+    assert api.health.get_readiness() == {"status": "ok"}
     session = api.umbmark.start_session(how="manual", side=4.0, runs=2)["id"]
     for run in manual_runs(2):
         api.umbmark.add_sample(session, run)
