@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.stats import chi2
 
+from omnimate.calib.distributions import chi2_quantile
 from omnimate.fleet.segments import CELL
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 MAX_EDGE = 3.0  # [half cells] of scatter: 0.375 m, more than the smallest radius of a place
-_CHI2_MEDIAN = float(chi2.median(1))
+_CHI2_MEDIAN = chi2_quantile(0.5, 1)
 
 
 def estimate_edges(places: Sequence[BadPlace], fleet: FleetEvidence) -> tuple[BadPlace, ...]:

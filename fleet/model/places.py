@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import label
-from scipy.stats import chi2
 
+from omnimate.calib.distributions import chi2_quantile, chi2_upper_limit
 from omnimate.fleet.model.edges import crossing_errors, estimate_edges
 from omnimate.fleet.model.evidence import FREEDOM
 from omnimate.fleet.model.scores import MAX_RADIUS, SEARCH_RADIUS, make_grid, score_map
@@ -102,8 +102,10 @@ def _gain_thresholds(gains: dict[PlaceEffect, Array]) -> dict[PlaceEffect, float
     for effect, gain in gains.items():
         freedom = FREEDOM[effect]
         positive = gain[gain > 0.0]
-        scale = float(np.median(positive)) / float(chi2.median(freedom)) if len(positive) else 1.0
-        thresholds[effect] = max(1.0, scale) * float(chi2.isf(FALSE_ALARM_RATE / candidates, freedom))
+        scale = float(np.median(positive)) / chi2_quantile(0.5, freedom) if len(positive) else 1.0
+        thresholds[effect] = max(1.0, scale) * float(
+            chi2_upper_limit(FALSE_ALARM_RATE / candidates, [freedom])[0]
+        )
     return thresholds
 
 

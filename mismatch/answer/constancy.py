@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from omnimate.effects.block import wheel_number
 from omnimate.effects.effect import WheelEffect
@@ -44,7 +44,7 @@ def changing_error(fit: Fitted, number: int) -> RollingError | None:
     gained = float(travel @ effect.travelled(block, wheel) / (travel @ travel)) - 1.0
     sizes = _drift(fit, wheel)
     curve = gained + drift_waves(POINTS) @ sizes
-    is_unusual = chi2.sf(float(sizes @ sizes), MODES) < UNUSUAL
+    is_unusual = float(chdtrc(MODES, sizes @ sizes)) < UNUSUAL
     if is_unusual and float(np.min(curve / gained)) < LEAST:
         return RollingError(float(curve[0]), float(curve[-1]))
     return None

@@ -38,9 +38,8 @@ if TYPE_CHECKING:
 
 DRAWS = 99  # of the null: the scale of its tail is then known to a tenth
 ERROR_RATE = 1e-3  # declared: one healthy recording in a thousand is said to leave something
-RELEVANT = (
-    0.05  # declared share of an error (not of its square) below which a mismatch is a trace: a twentieth
-)
+# Declared share of an error (not of its square) below which a mismatch is a trace: a twentieth.
+RELEVANT = 0.05
 RELEVANT_SQUARE = 1.0 - (1.0 - RELEVANT) ** 2  # share of a square that goes with that share of an error
 SHORTEST = 0.05  # share of a recording by which innovations are shifted at least
 SHOWN = 6  # predictions that are kept, at most

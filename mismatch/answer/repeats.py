@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.diagnosis import Parameter, Repeats
@@ -72,4 +72,4 @@ def _repeats(term: Term, values: Array, alone: Sequence[Estimate]) -> Repeats:
         tuple(float(np.max(spread)) for spread in spreads),
         term.kind.estimated().unit,
     )
-    return Repeats(parameter, float(chi2.sf(square, freedom)))
+    return Repeats(parameter, float(chdtrc(freedom, square)))

@@ -20,9 +20,8 @@ if TYPE_CHECKING:
     from omnimate.vehicle.se2 import Array
 
 NEIGHBOURS = 3  # poses on each side, with whose median a pose is compared
-SCALE_NEIGHBOURS = (
-    30  # poses on each side for a local estimate of scale, used where it exceeds the global one
-)
+# Poses on each side for a local estimate of scale, used where it exceeds the global one.
+SCALE_NEIGHBOURS = 30
 MAD_TO_SIGMA = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 OUTLIER_SIGMAS = 4.0  # normal noise exceeds it with a probability of 6.3e-5
 

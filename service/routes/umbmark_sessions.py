@@ -18,6 +18,7 @@ from omnimate.service.robot.reservation import DriveOrder
 from omnimate.service.routes.common import ALWAYS, After, Done, IfMatch, Limit, Page, etag, expected_version
 from omnimate.service.store.tables import RecordingRow, SampleRow, SessionRow, find_row, read_page
 from omnimate.service.umbmark import models, samples, sessions
+from omnimate.service.umbmark.result import cluster_panels, experiments_of, make_result
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -211,8 +212,6 @@ def solve_session(session_id: SessionId, call: Operating, body: models.Solve | N
     """Solve the session with the runs that it has. More runs may be added, and the session solved again."""
 
     def compute() -> tuple[list[SampleRow], models.Result]:
-        from omnimate.service.umbmark.result import make_result  # imports scipy.stats, which takes a second
-
         with call.components.database.reading() as db:
             row = find_row(db, SessionRow, session_id)
             sessions.require_call(row, "solve", time.time())
@@ -252,7 +251,6 @@ def get_plot(
     """Return a figure of the return errors before and after calibration, like U Fig. 11."""
     from omnimate.figures.clusters import cluster_figure
     from omnimate.figures.files import rendered
-    from omnimate.service.umbmark.result import cluster_panels, experiments_of
 
     with call.components.database.reading() as db:
         row = find_row(db, SessionRow, session_id)
