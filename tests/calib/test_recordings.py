@@ -18,6 +18,7 @@ from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Recording
+from tests.recordings import frozen
 
 VEHICLE = reference_vehicle()
 
@@ -25,14 +26,6 @@ VEHICLE = reference_vehicle()
 @pytest.fixture(scope="module")
 def recording() -> Recording:
     return simulate(VEHICLE, Truth(VEHICLE, seed=1), umbmark(2.0, 1, link_length=1.0))
-
-
-def frozen(recording: Recording, channel: str, start: float = 0.0) -> Recording:
-    """Return the recording with a channel that stops counting after a part of it."""
-    counts = recording.counts.copy()
-    column, first = VEHICLE.channels.index(channel), int(start * len(counts))  # type: ignore[arg-type]  # the channels
-    counts[first:, column] = counts[first, column]
-    return replace(recording, counts=counts)
 
 
 def test_a_healthy_recording_has_no_frozen_channel(recording: Recording) -> None:
@@ -61,7 +54,7 @@ def test_a_frozen_channel_of_the_linkage_is_named(recording: Recording, channel:
 def test_a_frozen_wheel_is_named(recording: Recording, channel: str, wheel: str, start: float) -> None:
     """From the beginning or in the middle; it is not mistaken for a lap that is no square."""
     with pytest.raises(FrozenChannelError, match=f"{wheel}.*did not count.*check its encoder"):
-        experiment_of_recordings([frozen(recording, channel, start)])
+        experiment_of_recordings([frozen(recording, channel, int(start * len(recording)))])
 
 
 def test_a_robot_that_stands_has_no_frozen_channel(recording: Recording) -> None:

@@ -1,5 +1,6 @@
 """Recordings that cannot calibrate anything: every verb says what is wrong and what to do."""
 
+import shutil
 from dataclasses import replace
 
 import pytest
@@ -9,7 +10,7 @@ from omnimate.motion.paths import umbmark
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
-from omnimate.vehicle.parameters import CHANNELS
+from tests.recordings import frozen
 
 TWO_ROBOTS = "is of the robot 'twin', but {first} of 'omnimate'; give recordings of one robot at a time"
 
@@ -27,25 +28,10 @@ def folders(tmp_path_factory):
     made = {"sound": sound, "twin": drive("twin"), "single": drive(runs=1)}
     made["cw"] = replace(sound, run=replace(sound.run, laps=tuple(laps)))
     for channel in ("a.left", "joint_a", "joint_b", "link"):
-        counts = sound.counts.copy()
-        counts[:, CHANNELS.index(channel)] = counts[0, CHANNELS.index(channel)]
-        made[channel] = replace(sound, counts=counts)
+        made[channel] = frozen(sound, channel)
     for name, recording in made.items():
         save_recording(recording, root / name)
     return {name: root / name for name in made}
-
-
-@pytest.fixture
-def said(refused):
-    """Return a function that runs `omnimate` and gives the one sentence that it says, without repetition."""
-
-    def run(*arguments):
-        sentence = refused(*arguments).split("error: ", 1)[1]
-        parts = sentence.strip().split("; ")
-        assert len(parts) == len(set(parts))
-        return sentence
-
-    return run
 
 
 def test_one_direction_says_why_both_are_needed(said, folders):
@@ -76,10 +62,7 @@ def test_two_robots_are_not_pooled_though_their_sizes_are_the_same(said, folders
 
 @pytest.mark.parametrize("verb", ["umbmark", "calibrate", "drift"])
 def test_a_pose_that_is_no_number_names_its_line_and_column(said, folders, tmp_path, verb):
-    folder = tmp_path / "nan"
-    folder.mkdir()
-    for file in folders["sound"].iterdir():
-        (folder / file.name).write_bytes(file.read_bytes())
+    folder = shutil.copytree(folders["sound"], tmp_path / "nan")
     rows = (folder / "poses.csv").read_text().splitlines()
     cells = rows[3].split(",")
     rows[3] = ",".join([*cells[:2], "nan", *cells[3:]])

@@ -1,4 +1,4 @@
-"""Robots, recordings and live samples for the tests of correctors and filter."""
+"""Robots and recordings for the tests of correctors and filter."""
 
 from dataclasses import replace
 
@@ -7,8 +7,8 @@ import pytest
 
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.recording import Poses
-from omnimate.vehicle.sample import Sample
 from studies.papers import linkage_numbers, robots
+from tests.recordings import samples
 
 
 @pytest.fixture
@@ -33,14 +33,6 @@ def lap_errors():
     return linkage_numbers.lap_errors
 
 
-def samples(recording):
-    """Yield the samples of a recording as a driver would."""
-    nan = (float("nan"),) * 7
-    for index, time in enumerate(recording.time):
-        counts, present = recording.counts[index].tolist(), recording.present[index].tolist()
-        yield Sample(index, float(time), tuple(counts), tuple(present), nan, nan)
-
-
 def thinned(recording, seed=1, part=0.1):
     """Return the recording with readings missing at random; a missing one repeats the one before."""
     present = np.random.default_rng(seed).random(recording.counts.shape) > part
@@ -48,6 +40,19 @@ def thinned(recording, seed=1, part=0.1):
     rows = np.maximum.accumulate(np.where(present, np.arange(len(present))[:, None], 0), axis=0)
     counts = np.take_along_axis(recording.counts, rows, axis=0)
     return replace(recording, counts=counts, present=present)
+
+
+def followed(filter_, state, recording, fixes):
+    """Yield the states of a live filter after each sample, with the fixes that were measured by then."""
+    measured = [fixes.pose, fixes.sigma, *([fixes.body] if recording.vehicle.linkage else [])]
+    places, following = np.searchsorted(recording.time, fixes.time, side="right") - 1, 0
+    for index, sample in enumerate(samples(recording)):
+        state = filter_.step(state, sample)
+        while following < len(places) and places[following] <= index:
+            state = filter_.fix(state, *(column[following] for column in measured))
+            following += 1
+        yield state
+    assert following == len(places) > 1
 
 
 SIGMA = (0.002, 0.002, np.radians(0.2))

@@ -17,7 +17,8 @@ from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.se2 import compose
 from omnimate.vehicle.sonar import Sonar
-from tests.ipec.conftest import samples, thinned
+from tests.ipec.conftest import thinned
+from tests.recordings import samples
 
 EXACT = Sonar(sigma=0.0)
 

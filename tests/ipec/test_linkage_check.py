@@ -19,6 +19,7 @@ from omnimate.vcan_sim.reference import reference_single
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.recording import Recording
+from tests.recordings import frozen
 
 PROGRAMS = [free(1, 1), squares(["cw"], 2.0, link_length=1.0), out_and_back(18.0, 1, link_length=1.0)]
 
@@ -26,13 +27,6 @@ PROGRAMS = [free(1, 1), squares(["cw"], 2.0, link_length=1.0), out_and_back(18.0
 def bumpy(robot, program):
     bumps = bumps_under("a.right", 10, 1.0, 15.0)
     return simulate(robot, Truth(robot, floor=Floor(bumps=bumps), seed=2), program)
-
-
-def frozen_from(recording, channel, first):
-    counts = recording.counts.copy()
-    column = recording.vehicle.channels.index(channel)
-    counts[first:, column] = counts[first, column]
-    return replace(recording, counts=counts)
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=["free", "squares", "straight"])
@@ -47,7 +41,7 @@ def test_a_sound_linkage_passes_even_on_a_bumpy_floor(coarse, program):
 def test_a_frozen_joint_is_named_with_its_node_and_time(robot, channel, program):
     recording = bumpy(robot, program)
     first = len(recording) // 3
-    recording = frozen_from(recording, channel, first)
+    recording = frozen(recording, channel, first)
     stretches = frozen_channels(recording)
     assert {stretch.channel for stretch in stretches} == {channel}
     assert stretches[0].start >= recording.time[first] - 5.0
@@ -80,7 +74,7 @@ def test_a_channel_that_was_never_read_is_named(robot, channel):
 
 @pytest.mark.parametrize("method", [correct, estimate, smooth])
 def test_every_method_refuses_a_frozen_channel(robot, method):
-    recording = frozen_from(bumpy(robot, PROGRAMS[0]), "joint_a", 500)
+    recording = frozen(bumpy(robot, PROGRAMS[0]), "joint_a", 500)
     with pytest.raises(LinkageChannelError, match="joint_a"):
         method(recording)
 

@@ -20,7 +20,8 @@ from omnimate.vehicle.arcs import advance
 from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.recording import Poses
 from omnimate.vehicle.se2 import wrap
-from tests.ipec.conftest import samples, thinned
+from tests.ipec.conftest import followed, thinned
+from tests.recordings import samples
 
 ROBOT = reference_single()
 WRONG = with_errors(ROBOT, {"a": 1.02}, {"a": 1.004})
@@ -63,15 +64,9 @@ def test_live_steps_and_fixes_give_the_poses_of_the_recording(wrong):
     start = start_by_fixes(wrong, fixes)
     poses, sigmas = estimate_one_truck(wrong, *start, fixes=fixes)
     filter_ = OneTruckFilter(wrong.vehicle)
-    state, following = filter_.start(*start), 0
-    for number, sample in enumerate(samples(wrong)):
-        state = filter_.step(state, sample)
-        while following < len(fixes.time) and fixes.time[following] < wrong.time[number] + 0.5e-3:
-            state = filter_.fix(state, fixes.pose[following], fixes.sigma[following])
-            following += 1
+    for number, state in enumerate(followed(filter_, filter_.start(*start), wrong, fixes)):
         assert state.pose == pytest.approx(poses[number], abs=1e-12)
         assert state.sigma == pytest.approx(sigmas[number], abs=1e-12)
-    assert following == len(fixes.time) > 1
 
 
 travels = st.floats(-0.2, 0.2)
@@ -129,12 +124,7 @@ def test_a_robot_that_was_carried_away_is_followed_after_three_poses():
 def test_fixes_teach_diameters_and_wheelbase(wrong):
     fixes, true = measured(wrong), WRONG.trucks["a"]
     filter_ = OneTruckFilter(wrong.vehicle, prior=Prior(wrong=0.2))
-    state, following = filter_.start(*start_by_fixes(wrong, fixes)), 0
-    for sample in samples(wrong):
-        state = filter_.step(state, sample)
-        while following < len(fixes.time) and fixes.time[following] <= sample.time:
-            state = filter_.fix(state, fixes.pose[following], fixes.sigma[following])
-            following += 1
+    *_, state = followed(filter_, filter_.start(*start_by_fixes(wrong, fixes)), wrong, fixes)
     mean, covariance = state.record["mean"][0], state.record["covariance"][0]
     nominal = ROBOT.trucks["a"]
     wanted = [

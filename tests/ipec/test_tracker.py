@@ -11,19 +11,13 @@ from omnimate.motion.paths import rounded_rectangle
 from omnimate.vcan_sim.floor import Floor, bumps_under
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
-from tests.ipec.conftest import samples
+from tests.recordings import frozen, samples
 
 
 @pytest.fixture
 def recording(robot):
     truth = Truth(robot, floor=Floor(bumps=bumps_under("a.left", 3, 1.0, 6.0)), seed=1)
     return simulate(robot, truth, rounded_rectangle(3.0, 2.0, ["cw"]))
-
-
-def frozen(recording, channel):
-    counts = recording.counts.copy()
-    counts[:, recording.vehicle.channels.index(channel)] = recording.vehicle.encoder(channel).zero
-    return replace(recording, counts=counts)
 
 
 def test_live_rows_and_disturbances_are_those_of_the_recording(recording):
@@ -58,7 +52,7 @@ def test_a_frozen_joint_is_noticed_live_and_refused_over_a_recording(recording):
     tracker = Tracker(broken.vehicle)
     for sample in samples(broken):
         tracker.step(sample)
-    assert {frozen.channel for frozen in tracker.frozen()} == {"joint_a"}
+    assert {found.channel for found in tracker.frozen()} == {"joint_a"}
     with pytest.raises(LinkageChannelError, match="joint_a"):
         track_recording(broken, 0.1)
 
@@ -69,5 +63,5 @@ def test_a_channel_that_is_not_read_is_reported_and_truck_b_is_unknown(recording
     silent[:, 5] = False
     for sample in samples(replace(recording, present=silent)):
         tracker.step(sample)
-    assert [(frozen.channel, frozen.expected) for frozen in tracker.frozen()] == [("joint_b", 0.0)]
+    assert [(found.channel, found.expected) for found in tracker.frozen()] == [("joint_b", 0.0)]
     assert tracker.look().as_dict()["b_x"] is None

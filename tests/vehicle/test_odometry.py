@@ -1,7 +1,5 @@
 """Dead reckoning: whole recordings and single samples agree, and lost samples never look like a turn."""
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,7 +9,7 @@ from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.odometry import Odometer, dead_reckon
 from omnimate.vehicle.recording import Recording
-from omnimate.vehicle.sample import Sample
+from tests.recordings import samples
 
 
 def recording_of(vehicle, left, right, present=None):
@@ -21,19 +19,6 @@ def recording_of(vehicle, left, right, present=None):
         present = np.ones(counts.shape, bool)
     time = vehicle.bus.sync_period * np.arange(len(left), dtype=np.float64)
     return Recording(vehicle, time, counts, present)
-
-
-def samples_of(recording):
-    nothing = (math.nan,) * len(recording.vehicle.channels)
-    for index, time in enumerate(recording.time):
-        yield Sample(
-            index,
-            float(time),
-            tuple(recording.counts[index].tolist()),
-            tuple(recording.present[index].tolist()),
-            nothing,
-            nothing,
-        )
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +45,7 @@ def test_whole_recording_and_sample_by_sample_agree_to_1e_12(vehicle, seed):
     recording = recording_of(vehicle, *wheels, present)
     whole = dead_reckon(recording, "a", (0.3, -0.2, 0.1))
     odometer = Odometer(vehicle, "a", (0.3, -0.2, 0.1))
-    stepwise = np.array([odometer.step(sample) for sample in samples_of(recording)])
+    stepwise = np.array([odometer.step(sample) for sample in samples(recording)])
     assert np.abs(whole - stepwise).max() < 1e-12
 
 

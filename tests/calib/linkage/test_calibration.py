@@ -14,6 +14,7 @@ from omnimate.vcan_sim.floor import SMOOTH, Floor
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, uncalibrated
+from tests.recordings import frozen
 
 ROBOT = reference_vehicle()
 TRUE = uncalibrated(ROBOT)
@@ -115,11 +116,8 @@ def test_the_corrected_robot_reads_its_linkage_without_bias(smooth):
 @pytest.mark.parametrize("channel", ["joint_a", "joint_b", "link", "b.left"])
 def test_a_frozen_channel_is_named(channel):
     recording = simulate(ROBOT, Truth(TRUE, seed=1), figure_eight(1.0, 1))
-    counts = recording.counts.copy()
-    column = ROBOT.channels.index(channel)
-    counts[:, column] = counts[0, column]
     with pytest.raises(CalibrationError, match=f"{channel} is frozen"):
-        calibrate_linkage([replace(recording, counts=counts)])
+        calibrate_linkage([frozen(recording, channel)])
 
 
 def test_a_single_truck_has_no_linkage():

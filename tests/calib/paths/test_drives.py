@@ -9,6 +9,7 @@ from omnimate.calib.errors import CalibrationError, FixError
 from omnimate.calib.paths.drives import drives_of, thin_fixes
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Gap
+from tests.recordings import frozen
 
 TRUCK = Truck(0.34, 0.15, 0.15)
 
@@ -63,10 +64,8 @@ def test_poses_that_cannot_serve_are_refused_with_what_to_do(recording, spoil, w
 
 
 def test_a_wheel_that_never_moves_is_named(recording):
-    counts = recording.counts.copy()
-    counts[:, 1] = counts[0, 1]
     with pytest.raises(CalibrationError, match=r"a\.right is frozen.*vehicle\.toml"):
-        drives_of([replace(recording, counts=counts)])
+        drives_of([frozen(recording, "a.right")])
 
 
 def test_a_robot_that_stands_is_refused(recording):

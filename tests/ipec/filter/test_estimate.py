@@ -19,7 +19,7 @@ from omnimate.vcan_sim.truth import Truth, with_errors
 from omnimate.vehicle.sample import Sample
 from omnimate.vehicle.se2 import wrap
 from omnimate.vehicle.sonar import Sonar
-from tests.ipec.conftest import noisy, samples, thinned
+from tests.ipec.conftest import followed, noisy, thinned
 
 EXACT = Sonar(sigma=0.0)
 CALIBRATED = Prior(scale=1e-4, ratio=2e-4, wheelbase=1e-3, joint=np.radians(0.01), link=3e-4)
@@ -64,13 +64,7 @@ def test_live_and_at_once_are_equal_also_with_missing_readings_and_fixes(robot):
     fixes = noisy(recording.poses, 1)
     at_once = estimate(recording, fixes=fixes)
     filter_ = Filter(robot)
-    state, following = filter_.start(), 0
-    places = np.searchsorted(recording.time, fixes.time, side="right") - 1
-    for index, sample in enumerate(samples(recording)):
-        state = filter_.step(state, sample)
-        while following < len(fixes.time) and places[following] <= index:
-            fix = fixes.pose[following], fixes.sigma[following], fixes.body[following]
-            state, following = filter_.fix(state, *fix), following + 1
+    for index, state in enumerate(followed(filter_, filter_.start(), recording, fixes)):
         assert state.pose("a") == pytest.approx(at_once.pose_a[index], abs=1e-12)
         assert state.sigma("b") == pytest.approx(at_once.sigma_b[index], abs=1e-12)
         assert state.nis == pytest.approx(at_once.nis[index], nan_ok=True)
