@@ -1,6 +1,5 @@
 """vehicle.toml: what is written comes back, and every impossible robot is refused by name."""
 
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,9 +19,7 @@ from omnimate.vehicle.parameters import (
     Truck,
     VehicleParameters,
 )
-
-DATA = Path(__file__).parents[1] / "data" / "vehicle"
-BROKEN = tomllib.loads((DATA / "broken_vehicles.toml").read_text(encoding="utf-8"))["case"]
+from tests.samples import broken
 
 trucks = st.builds(
     Truck,
@@ -79,7 +76,8 @@ def test_a_two_truck_robot_is_read_and_survives_a_round_trip_on_disk(robot_toml,
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"), [pytest.param(*case.values(), id=case["message"]) for case in BROKEN]
+    ("old", "new", "message"),
+    [pytest.param(*case.values(), id=case["message"]) for case in broken("vehicle/broken_vehicles.toml")],
 )
 def test_an_impossible_robot_is_refused_by_file_key_and_expectation(robot_toml, old, new, message):
     assert old in robot_toml

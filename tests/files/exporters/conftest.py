@@ -9,9 +9,9 @@ from omnimate.files.exporters.drive import drive_of
 from omnimate.files.logs.blocks import LogStream
 from omnimate.files.logs.frames import ERROR, Frame, concatenate, frames_of
 from omnimate.files.logs.recording_to_frames import frames_of_recording
-from omnimate.files.logs.writing import open_writer
 from omnimate.vehicle.file import parse_vehicle
 from omnimate.vehicle.recording import Gap, Lap, Poses, Recording, Run
+from tests.files.logs.any_frames import write_log
 
 SAMPLES, START = 120, 1763670000.0
 
@@ -22,10 +22,7 @@ def silent(_done, _total):
 
 def written_log(path, rows):
     """Write frames as a log of candump, and return what reads it."""
-    writer = open_writer(path, ".log")
-    for row in rows:
-        writer.write_frame(row)
-    writer.close()
+    write_log(rows, path, ".log")
     return LogStream(path)
 
 

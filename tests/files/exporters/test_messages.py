@@ -69,24 +69,29 @@ def test_only_channels_that_were_read_stand_in_a_sample(drive, tmp_path, name):
     assert [state.position[list(state.name).index("a.right")] for state in states] == wheel.tolist()
 
 
-def test_measured_poses_have_their_deviations_and_those_without_heading_are_points(drive, tmp_path):
+@pytest.fixture
+def mcap(drive, tmp_path):
+    """The drive as an MCAP file."""
     export_drive(drive, tmp_path / "drive.mcap", silent)
-    whole = [message for _, message in messages(tmp_path / "drive.mcap", "/poses/a")]
+    return tmp_path / "drive.mcap"
+
+
+def test_measured_poses_have_their_deviations_and_those_without_heading_are_points(mcap):
+    whole = [message for _, message in messages(mcap, "/poses/a")]
     assert [yaw(message.pose.pose.orientation) for message in whole] == pytest.approx([0.3, 0.4])
     assert whole[0].pose.covariance[[0, 7, 35]].tolist() == pytest.approx([1e-4, 4e-4, 9e-4])
     assert not whole[1].pose.covariance.any()
-    ((_, point),) = messages(tmp_path / "drive.mcap", "/positions/b")
+    ((_, point),) = messages(mcap, "/positions/b")
     assert (point.point.x, point.point.y) == (0.1, 1.9)
 
 
-def test_events_commands_and_transforms_are_there(drive, tmp_path):
-    export_drive(drive, tmp_path / "drive.mcap", silent)
-    events = [message for _, message in messages(tmp_path / "drive.mcap", "/events")]
+def test_events_commands_and_transforms_are_there(drive, mcap):
+    events = [message for _, message in messages(mcap, "/events")]
     assert [message.msg for message in events] == [event.what for event in drive.events]
     assert {message.level for message in events} == {20, 30}
-    commands = [message for _, message in messages(tmp_path / "drive.mcap", "/commands")]
+    commands = [message for _, message in messages(mcap, "/commands")]
     assert commands[0].velocity.tolist() == [1.5] * 4
-    ((_, first), *_) = messages(tmp_path / "drive.mcap", "/tf")
+    ((_, first), *_) = messages(mcap, "/tf")
     assert {each.child_frame_id for each in first.transforms} <= {
         "truck_a",
         "truck_b",
@@ -95,9 +100,8 @@ def test_events_commands_and_transforms_are_there(drive, tmp_path):
     }
 
 
-def test_the_mcap_library_reads_profile_schemas_and_order(drive, tmp_path):
-    export_drive(drive, tmp_path / "drive.mcap", silent)
-    with (tmp_path / "drive.mcap").open("rb") as file:
+def test_the_mcap_library_reads_profile_schemas_and_order(mcap):
+    with mcap.open("rb") as file:
         reader = make_reader(file)
         assert reader.get_header().profile == "ros2"
         rows = list(reader.iter_messages(log_time_order=False))
@@ -107,13 +111,12 @@ def test_the_mcap_library_reads_profile_schemas_and_order(drive, tmp_path):
     assert times == sorted(times)
 
 
-def test_what_is_exported_can_be_imported_again(drive, tmp_path):
-    export_drive(drive, tmp_path / "drive.mcap", silent)
+def test_what_is_exported_can_be_imported_again(drive, mcap):
     recording = drive.recording
     plan = plan_of_options(
         [f"{channel}=/joint_states:{channel}" for channel in recording.vehicle.channels], ["a=/poses/a"]
     )
-    again = read_bag(tmp_path / "drive.mcap", plan, recording.vehicle).recording
+    again = read_bag(mcap, plan, recording.vehicle).recording
     rows = recording.is_present("a.left")  # whose clock the importer takes
     np.testing.assert_allclose(again.time, recording.time[rows], atol=1e-6)
     for channel in recording.vehicle.channels:

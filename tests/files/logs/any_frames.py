@@ -1,9 +1,10 @@
-"""Frames of every kind, for tests of laws that hold for all of them."""
+"""Frames of every kind, for tests of laws that hold for all of them, and logs of them."""
 
 from hypothesis import strategies as st
 
 from omnimate.files.logs.formats.candump_lines import FD_LENGTHS
 from omnimate.files.logs.frames import BRS, ERROR, ESI, EXTENDED, FD, REMOTE, SENT, Frame
+from omnimate.files.logs.writing import open_writer
 
 CLASSICAL = [0, EXTENDED, REMOTE, EXTENDED | REMOTE, ERROR]
 KINDS = [*CLASSICAL, FD, FD | EXTENDED]
@@ -34,3 +35,11 @@ def logs(**options):
     return st.lists(any_frames(**options), min_size=1, max_size=30).map(
         lambda rows: sorted(rows, key=lambda row: row.time)
     )
+
+
+def write_log(rows, path, suffix):
+    """Write frames as a log of a format; return the reasons of those that it refused."""
+    writer = open_writer(path, suffix)
+    refused = [writer.write_frame(row) for row in rows]
+    writer.close()
+    return [reason for reason in refused if reason]

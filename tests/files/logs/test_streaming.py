@@ -17,9 +17,9 @@ from omnimate.files.logs.blocks import LogStream, read_log
 from omnimate.files.logs.formats.block_reader import BlockReader
 from omnimate.files.logs.formats.python_can_logs import message_of_frame
 from omnimate.files.logs.frames import ERROR, FD, REMOTE, SENT, Frame
-from omnimate.files.logs.writing import SUFFIXES, log_suffix, open_writer, written_whole
+from omnimate.files.logs.writing import SUFFIXES, log_suffix, written_whole
 from omnimate.vehicle.errors import LogError
-from tests.files.logs.any_frames import CLASSICAL, KINDS, any_frames, logs
+from tests.files.logs.any_frames import CLASSICAL, KINDS, any_frames, logs, write_log
 
 # What each format holds: kinds of frames, interfaces, directions.
 HELD = {
@@ -37,19 +37,6 @@ READERS = {
     ".asc": can.ASCReader,
     ".csv": can.CSVReader,
 }
-
-
-def write(rows, path, suffix):
-    """Write frames; return what the format refused."""
-    writer = open_writer(path, suffix)
-    refused = [writer.write_frame(row) for row in rows]
-    writer.close()
-    return [reason for reason in refused if reason]
-
-
-def relative(rows):
-    """Frames whose times count from the first, to the microsecond."""
-    return [row._replace(time=round(row.time - rows[0].time, 6)) for row in rows]
 
 
 def rows_for(suffix):
@@ -75,7 +62,7 @@ def test_every_suffix_is_tried(suffix):
 def test_what_is_written_in_a_format_is_read_again(tmp_path, suffix, data):
     rows = data.draw(rows_for(suffix))
     path = tmp_path / f"some{suffix}"
-    refused = write(rows, path, suffix)
+    refused = write_log(rows, path, suffix)
     kept = [row for row in rows if not (suffix == ".asc" and row.flags & FD and not row.data)]
     assert len(refused) == len(rows) - len(kept)
     if not kept:
@@ -94,7 +81,7 @@ def test_python_can_reads_the_same_frames(tmp_path, suffix, data):
     if suffix == ".log":  # of candump's error frames it knows one class only
         rows = [row for row in rows if not row.flags & ERROR] or [Frame(1.0, 1)]
     path = tmp_path / f"some{suffix}"
-    write(rows, path, suffix)
+    write_log(rows, path, suffix)
     kept = [row for row in rows if not (suffix == ".asc" and row.flags & FD and not row.data)]
     with READERS[suffix](path) as reader:
         messages = list(reader)
@@ -106,23 +93,23 @@ def test_python_can_reads_the_same_frames(tmp_path, suffix, data):
 
 
 def test_asc_holds_that_there_was_an_error_frame_and_no_more(tmp_path):
-    write([Frame(1.0, 1, b"a"), Frame(1.5, 4, b"abc", ERROR)], tmp_path / "a.asc", ".asc")
+    write_log([Frame(1.0, 1, b"a"), Frame(1.5, 4, b"abc", ERROR)], tmp_path / "a.asc", ".asc")
     assert [(row.flags, row.data) for row in LogStream(tmp_path / "a.asc")] == [(0, b"a"), (ERROR, b"")]
 
 
 def test_csv_refuses_can_fd_with_the_reason(tmp_path):
-    assert "CAN FD" in write([Frame(1.0, 1, bytes(12), FD)], tmp_path / "a.csv", ".csv")[0]
+    assert "CAN FD" in write_log([Frame(1.0, 1, bytes(12), FD)], tmp_path / "a.csv", ".csv")[0]
 
 
 def test_times_before_the_first_are_refused_where_the_format_counts_from_it(tmp_path):
     rows = [Frame(10.0, 1), Frame(9.0, 1)]
-    assert "earlier than the first" in write(rows, tmp_path / "a.blf", ".blf")[0]
-    assert write(rows, tmp_path / "a.pcap", ".pcap") == []
+    assert "earlier than the first" in write_log(rows, tmp_path / "a.blf", ".blf")[0]
+    assert write_log(rows, tmp_path / "a.pcap", ".pcap") == []
 
 
 @given(logs(kinds=CLASSICAL))
 def test_a_stream_gives_the_frames_that_reading_at_once_gives(tmp_path, rows):
-    write(rows, tmp_path / "can.log", ".log")
+    write_log(rows, tmp_path / "can.log", ".log")
     assert list(LogStream(tmp_path / "can.log")) == list(read_log(tmp_path / "can.log").frames)
 
 
@@ -177,7 +164,7 @@ def test_memory_does_not_grow_with_the_log(tmp_path, suffix, monkeypatch):
 
     peaks = []
     for count in (6_000, 18_000):
-        write(rows(count), tmp_path / f"a{suffix}", suffix)
+        write_log(rows(count), tmp_path / f"a{suffix}", suffix)
         tracemalloc.start()
         assert sum(1 for _ in LogStream(tmp_path / f"a{suffix}")) == count
         peaks.append(tracemalloc.get_traced_memory()[1])
