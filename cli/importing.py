@@ -50,12 +50,10 @@ def log(
     stream = LogStream(source)
     with _removed_on_failure(to):
         with progress_bar("reading") as watch:
-            done = import_log(stream, load_vehicle(vehicle), to, watch)
+            fd_frames = import_log(stream, load_vehicle(vehicle), to, watch)
         report_problems(stream)
-        if done.fd_frames:
-            report_problem(
-                f"{source}: {done.fd_frames} CAN FD frames left out; recordings hold classical CAN"
-            )
+        if fd_frames:
+            report_problem(f"{source}: {fd_frames} CAN FD frames left out; recordings hold classical CAN")
         _report_recording(load(to), to)
 
 

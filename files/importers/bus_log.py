@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from omnimate.files.errors import SourceError
 from omnimate.files.logs.frames import FD
@@ -19,22 +19,13 @@ if TYPE_CHECKING:
     from omnimate.vehicle.parameters import VehicleParameters
 
 
-class ImportedLog(NamedTuple):
-    """Numbers of imported frames.
-
-    `fd_frames` are CAN FD frames, which a recording does not hold.
-    """
-
-    frames: int
-    fd_frames: int
-
-
 def import_log(
     log: LogStream, vehicle: VehicleParameters, folder: Path, progress: Callable[[int, int], None]
-) -> ImportedLog:
+) -> int:
     """Write `vehicle.toml` and `can.log`, frame by frame, so that memory does not grow with the log.
 
-    `progress` is called with the bytes read and their total.
+    Returns the number of CAN FD frames, which a recording does not hold; `progress` is called with the bytes
+    read and their total.
 
     Raises:
         RecordingError: The folder holds a recording.
@@ -54,4 +45,4 @@ def import_log(
                 fd_frames += 1
             else:
                 writer.write_frame(frame)
-    return ImportedLog(log.frames - fd_frames, fd_frames)
+    return fd_frames
