@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from omnimate.files.logs.frames import Frames
     from omnimate.vehicle.parameters import TruckName
-    from omnimate.vehicle.recording import Poses, Recording
+    from omnimate.vehicle.recording import Recording
     from omnimate.vehicle.se2 import Array
 
 
@@ -53,11 +53,6 @@ class Drive:
     paths: tuple[Path, ...]
     events: tuple[BusEvent, ...]
     notes: tuple[str, ...]
-
-    def measured(self, truck: TruckName) -> Poses | None:
-        """Return the absolute poses of a truck; None where there are none."""
-        poses = self.recording.poses
-        return None if poses is None or truck not in poses.body else poses.of(truck)
 
 
 def drive_of(recording: Recording, frames: Frames) -> Drive:

@@ -24,10 +24,11 @@ def write_tum(drive: Drive, target: FilePath) -> tuple[FilePath, ...]:
     are complete absolute poses.
     """
     trajectories = [(path.name, path.time, path.pose) for path in drive.paths]
-    for truck in drive.recording.vehicle.trucks:
-        measured = drive.measured(truck)
-        if measured is not None and np.isfinite(measured.pose).all(axis=1).any():
-            trajectories.append((f"measured_{truck}", measured.time, measured.pose))
+    if (poses := drive.recording.poses) is not None:
+        for truck in drive.recording.vehicle.trucks:
+            measured = poses.of(truck)
+            if np.isfinite(measured.pose).all(axis=1).any():
+                trajectories.append((f"measured_{truck}", measured.time, measured.pose))
     written = []
     for name, time, pose in trajectories:
         written.append(target.with_name(f"{target.stem}-{name}{target.suffix}"))

@@ -91,14 +91,8 @@ def _stamped(content: Any, frame: str) -> Any:  # noqa: ANN401 - messages are ma
     """Return the transform of a frame among several; any other message unchanged."""
     if not hasattr(content, "transforms"):
         return content
-    return next(
-        (each for each in content.transforms if _without_slash(each.child_frame_id) == _without_slash(frame)),
-        None,
-    )
-
-
-def _without_slash(frame: str) -> str:
-    return frame.lstrip("/")
+    wanted = frame.lstrip("/")
+    return next((each for each in content.transforms if each.child_frame_id.lstrip("/") == wanted), None)
 
 
 def _yaw(message: Message, turn: Any) -> float:  # noqa: ANN401 - likewise
