@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.vehicle.errors import OmnimateError
+from omnimate.vehicle.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
 
-class CalibrationError(OmnimateError):
+class CalibrationError(InputError):
     """Measurements in a `source` (file, folder or recording) from which no calibration can be calculated."""
-
-    def __init__(self, source: str | Path, problem: str) -> None:
-        super().__init__(f"{source}: {problem}")
-        self.source = str(source)
 
 
 class DirectionError(CalibrationError):

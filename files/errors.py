@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from omnimate.vehicle.errors import OmnimateError
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from omnimate.vehicle.errors import InputError
 
 
-class SourceError(OmnimateError):
+class SourceError(InputError):
     """A file or a bag that cannot be converted to a recording.
 
     Attributes:
         source: The file, with line and column where they are known, or the topic of a bag.
     """
-
-    def __init__(self, source: str | Path, problem: str) -> None:
-        super().__init__(f"{source}: {problem}")
-        self.source = str(source)
 
 
 class MappingError(SourceError):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from omnimate.vehicle.errors import OmnimateError
+from omnimate.vehicle.errors import InputError
 
 if TYPE_CHECKING:
     from omnimate.vehicle.parameters import Channel
 
 
-class IpecError(OmnimateError):
+class IpecError(InputError):
     """The root of this room's errors."""
 
 
@@ -19,11 +19,11 @@ class NoLinkageError(IpecError):
 
     def __init__(self, source: str) -> None:
         super().__init__(
-            f"{source}: a robot with a single truck has no linkage; expected two trucks: "
-            "follow one by `omnimate track` or omnimate.ipec.tracker.track_one_truck, or name truck b, "
-            "[linkage] and their encoders in vehicle.toml"
+            source,
+            "a robot with a single truck has no linkage; expected two trucks: follow one by "
+            "`omnimate track` or omnimate.ipec.tracker.track_one_truck, or name truck b, [linkage] and their "
+            "encoders in vehicle.toml",
         )
-        self.source = source
 
 
 class FixError(IpecError):
@@ -31,16 +31,15 @@ class FixError(IpecError):
 
     def __init__(self, source: str) -> None:
         super().__init__(
-            f"{source}: no fix of truck a has x, y and heading; expected one in poses.csv, from which the "
-            "filter starts; without --fixes it starts from 0"
+            source,
+            "no fix of truck a has x, y and heading; expected one in poses.csv, from which the filter "
+            "starts; without --fixes it starts from 0",
         )
-        self.source = source
 
 
 class LinkageChannelError(IpecError):
     """A linkage channel of a recording or robot, `source`, that was never read, or was frozen."""
 
     def __init__(self, source: str, channel: Channel, node: int, problem: str) -> None:
-        super().__init__(f"{source}: {channel} (node {node}) {problem}")
-        self.source = source
+        super().__init__(source, f"{channel} (node {node}) {problem}")
         self.channel = channel

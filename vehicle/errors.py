@@ -28,12 +28,19 @@ class TableError(OmnimateError):
         self.problem = problem
 
 
-class VehicleFileError(OmnimateError):
+class InputError(OmnimateError):
+    """An error of one file, folder, recording, robot or option, the `source`, which the text names first."""
+
+    def __init__(self, source: str | Path, problem: str) -> None:
+        super().__init__(f"{source}: {problem}")
+        self.source = str(source)
+
+
+class VehicleFileError(InputError):
     """A `vehicle.toml`, `source`, that does not describe a possible robot; `key` is as in `TableError`."""
 
     def __init__(self, source: str | Path, key: str, problem: str) -> None:
-        super().__init__(f"{source}: {key}: {problem}")
-        self.source = str(source)
+        super().__init__(source, f"{key}: {problem}")
         self.key = key
 
 
@@ -50,12 +57,8 @@ class LogError(OmnimateError):
         self.line = line
 
 
-class RecordingError(OmnimateError):
+class RecordingError(InputError):
     """A recording folder, or a file in it, `source`, that is incomplete or contradicts itself."""
-
-    def __init__(self, source: str | Path, problem: str) -> None:
-        super().__init__(f"{source}: {problem}")
-        self.source = str(source)
 
 
 def describe_read_error(error: OSError | UnicodeDecodeError) -> str:
