@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import operator
 from collections.abc import Sequence
 from dataclasses import astuple
@@ -18,14 +17,13 @@ from omnimate.cli.errors import CallError
 from omnimate.cli.loading import log_of, read_drive, report_problems
 from omnimate.cli.options import LogSource, written_at_end
 from omnimate.cli.robots import nominal_vehicle
-from omnimate.cli.tables import new_table, show
+from omnimate.cli.tables import new_table, pose_cells, show
 
 if TYPE_CHECKING:
     from omnimate.files.logs.assemble import Assembly
     from omnimate.files.logs.blocks import LogReadResult
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import Recording
-    from omnimate.vehicle.se2 import Array
     from omnimate.vehicle.trajectories import Trajectory
 
 MAX_GAPS_SHOWN = 20
@@ -165,16 +163,11 @@ def _show_paths(recording: Recording, paths: Sequence[Trajectory]) -> None:
     out.print(f"{len(recording)} samples, {duration:.1f} s, robot {recording.vehicle.name}")
     table = new_table("", ("truck", ""), ("path [m]", "x [m]", "y [m]", "heading [degrees]"))
     for path in paths:
-        table.add_row(path.truck, "odometry at the end", f"{path.length:.3f}", *_cells(path.pose[-1]))
+        table.add_row(path.truck, "odometry at the end", f"{path.length:.3f}", *pose_cells(path.pose[-1]))
         if path.fix is not None and path.error is not None:
-            table.add_row("", "last absolute fix", "", *_cells(path.fix))
-            table.add_row("", "fix minus odometry", "", *_cells(path.error))
+            table.add_row("", "last absolute fix", "", *pose_cells(path.fix))
+            table.add_row("", "fix minus odometry", "", *pose_cells(path.error))
     show(table)
-
-
-def _cells(pose: Array) -> tuple[str, str, str]:
-    x, y, theta = pose.tolist()
-    return f"{x:.4f}", f"{y:.4f}", f"{math.degrees(theta):.3f}"
 
 
 def _draw(recording: Recording, paths: Sequence[Trajectory], file: Path) -> None:

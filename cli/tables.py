@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
 from rich.measure import Measurement
 from rich.table import Table
 
 from omnimate.cli.console import out
+
+if TYPE_CHECKING:
+    from omnimate.vehicle.se2 import Array
 
 _MAX_WIDTH = 10_000  # characters: any table of ours fits
 _SCREEN_WIDTH = 80  # characters of a screen on which a table with folded cells is readable
@@ -28,6 +33,12 @@ def new_table(
     for row in rows:
         table.add_row(*row)
     return table
+
+
+def pose_cells(pose: Array) -> tuple[str, str, str]:
+    """Return x, y [m] and heading [degrees] of a pose `(3,)` as cells."""
+    x, y, theta = pose.tolist()
+    return f"{x:.4f}", f"{y:.4f}", f"{math.degrees(theta):.3f}"
 
 
 def show(table: Table, *, folds: bool = False) -> None:

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from omnimate.cli.console import err, out
-from omnimate.cli.tables import new_table
+from omnimate.cli.tables import new_table, pose_cells
 
 if TYPE_CHECKING:
     from omnimate.calib.linkage.learned import LearnedValue
@@ -63,8 +63,7 @@ def show_summary(row: Row, learned: Learned | None, *, to_stdout: bool) -> None:
     console = out if to_stdout else err
     table = new_table("", ("truck a", "x [m]", "y [m]", "heading [degrees]"))
     for name, pose in {**_poses(row), "+-": row.sigma}.items():
-        x, y, theta = pose.tolist()
-        table.add_row(name, f"{x:.4f}", f"{y:.4f}", f"{math.degrees(theta):.3f}")
+        table.add_row(name, *pose_cells(pose))
     console.print(table)
     if learned is None:
         return
