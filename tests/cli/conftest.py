@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from docs.generate.conformance import BenchBus
+from docs.generate.conformance import BenchBus, Local, Simulated
 from omnimate.cli.main import main
 from omnimate.files.recordings.folder import save_recording
 from omnimate.motion.paths import umbmark
@@ -14,6 +14,9 @@ from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
 from tests.commands import runner
+
+ROBOT = reference_vehicle()
+NODES = sorted({owner.node for owner in (*ROBOT.encoders, *ROBOT.drives)})  # of the simulated devices
 
 
 class ScriptedBus:
@@ -73,6 +76,19 @@ def refused(omnimate):
     return run
 
 
+@pytest.fixture
+def said(refused):
+    """Return a function that runs `omnimate` and gives the one error that it says, without repetition."""
+
+    def run(*arguments):
+        sentence = refused(*arguments).split("error: ", 1)[1]
+        parts = sentence.strip().split("; ")
+        assert len(parts) == len(set(parts))
+        return sentence
+
+    return run
+
+
 @pytest.fixture(scope="session")
 def small_drive(tmp_path_factory):
     """The recording folder of one square of 0.5 m each way; a test that changes it copies it."""
@@ -120,3 +136,15 @@ def on_bench(monkeypatch):
         return bus
 
     return use
+
+
+@pytest.fixture
+def simulated(on_bench):
+    """Return the bench of the simulated devices, on which the verbs open a bus."""
+    return on_bench(Simulated)
+
+
+@pytest.fixture
+def local_node(on_bench):
+    """Return the bench of canopen's `LocalNode`, on which the verbs open a bus."""
+    return on_bench(Local)

@@ -14,6 +14,11 @@ from omnimate.vehicle.odometry import dead_reckon
 from omnimate.vehicle.se2 import between, compose
 
 
+@pytest.fixture
+def without_poses(erring_drive, tmp_path):
+    return shutil.copytree(erring_drive, tmp_path / "without", ignore=shutil.ignore_patterns("poses.csv"))
+
+
 def test_both_trucks_are_calibrated_and_written(accepted, erring_drive, tmp_path):
     result = accepted(
         "calibrate", erring_drive, "--out", tmp_path / "new.toml", "--plot", tmp_path / "way.svg"
@@ -43,11 +48,9 @@ def test_the_linkage_is_calibrated_and_its_zeros_are_written(omnimate, erring_dr
     assert shift == pytest.approx(0.010, abs=2e-3)
 
 
-def test_a_plot_of_a_linkage_alone_is_refused(refused, erring_drive, tmp_path):
-    without = shutil.copytree(erring_drive, tmp_path / "without")
-    (without / "poses.csv").unlink()
+def test_a_plot_of_a_linkage_alone_is_refused(refused, without_poses, tmp_path):
     assert "no truck has two absolute poses" in refused(
-        "calibrate", without, "--linkage", "--plot", tmp_path / "way.svg"
+        "calibrate", without_poses, "--linkage", "--plot", tmp_path / "way.svg"
     )
 
 
@@ -67,11 +70,8 @@ def test_relative_poses_calibrate_a_truck_and_place_their_sensor(accepted, errin
     assert load_vehicle(out).trucks["a"].wheelbase == pytest.approx(0.34, abs=1e-4)
 
 
-def test_poses_that_are_missing_are_an_error_of_one_sentence(omnimate, erring_drive, tmp_path):
-    for file in erring_drive.iterdir():
-        if file.name != "poses.csv":
-            (tmp_path / file.name).write_bytes(file.read_bytes())
-    assert "poses.csv has no pose of truck a" in omnimate("calibrate", tmp_path).err
+def test_poses_that_are_missing_are_an_error_of_one_sentence(omnimate, without_poses):
+    assert "poses.csv has no pose of truck a" in omnimate("calibrate", without_poses).err
 
 
 def test_designs_are_compared(omnimate, accepted, tmp_path):

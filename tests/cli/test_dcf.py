@@ -4,7 +4,6 @@ import json
 
 import pytest
 
-from docs.generate.conformance import Simulated
 from omnimate.vcan_sim.nodes.objects import EDS_FOLDER
 
 WHERE = ("--bus", "virtual://x", "--node", 1)
@@ -24,8 +23,7 @@ def dcf(tmp_path):
     return path
 
 
-def test_what_differs_is_printed_and_is_a_problem(omnimate, on_bench, dcf):
-    on_bench(Simulated)
+def test_what_differs_is_printed_and_is_a_problem(omnimate, simulated, dcf):
     result = omnimate("dcf", "compare", dcf, *WHERE)
     assert result.code == 1
     assert result.out.splitlines() == [
@@ -36,13 +34,11 @@ def test_what_differs_is_printed_and_is_a_problem(omnimate, on_bench, dcf):
     assert "3 objects are not as" in result.err
 
 
-def test_what_is_written_differs_no_more_and_what_is_read_only_still_does(omnimate, refused, on_bench, dcf):
-    on_bench(Simulated)
+def test_what_is_written_differs_no_more_and_what_is_read_only_still_does(omnimate, refused, simulated, dcf):
     assert "written: 2 of 3 objects that differed" in refused("dcf", "write", dcf, *WHERE)
     (left,) = json.loads(omnimate("dcf", "compare", dcf, *WHERE, "--json").out)
     assert (left["index"], left["found"], left["stated"]) == (0x1018, 0xFEED0, 5)
 
 
-def test_an_eds_states_nothing_to_compare(omnimate, on_bench):
-    on_bench(Simulated)
+def test_an_eds_states_nothing_to_compare(omnimate, simulated):
     assert "expected a DCF with ParameterValue" in omnimate("dcf", "compare", EDS, *WHERE).err

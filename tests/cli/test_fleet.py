@@ -66,13 +66,12 @@ def test_recordings_that_cannot_be_read_are_counted_and_named_with_exit_code_1(
     ("options", "missing"), [((), "no recording;"), (("--day", "2026-03-01"), "of 2026-03-01;")]
 )
 def test_a_folder_that_is_no_store_is_refused_with_what_was_expected_and_what_to_do(
-    omnimate, tmp_path, options, missing
+    refused, tmp_path, options, missing
 ):
-    refused = omnimate("fleet", "run", tmp_path, *options)
-    assert refused.code == 1
-    assert refused.err.startswith(f"error: {tmp_path}: ")
+    sentence = refused("fleet", "run", tmp_path, *options)
+    assert sentence.startswith(f"error: {tmp_path}: ")
     for words in (missing, "robot=NAME/day=YYYY-MM-DD/", "move yours there", "omnimate fleet simulate"):
-        assert words in refused.err
+        assert words in sentence
 
 
 def test_parquet_that_is_missing_is_named_before_any_recording_is_processed(refused, tmp_path, monkeypatch):

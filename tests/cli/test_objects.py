@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from docs.generate.conformance import Local, Simulated, frame
+from docs.generate.conformance import Local, frame
 from omnimate.driver.canopen.eds import load_eds
 from omnimate.driver.canopen.object_values import variables_of
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -17,13 +17,11 @@ DRIVE = ("--bus", "virtual://x", "--node", reference_vehicle().drives[0].node)
 
 
 @pytest.mark.parametrize("item", ["1000h", "0x1000", "1000", "1000h:00", "Device type", "device TYPE"])
-def test_an_object_is_named_by_its_index_or_its_name(omnimate, on_bench, item):
-    on_bench(Local)
+def test_an_object_is_named_by_its_index_or_its_name(omnimate, local_node, item):
     assert omnimate("sdo", "read", item, *WHERE, "--eds", EDS).out == "131478 (00020196h)\n"
 
 
-def test_text_and_sub_indices_are_read_whole(omnimate, on_bench):
-    on_bench(Simulated)
+def test_text_and_sub_indices_are_read_whole(omnimate, simulated):
     assert omnimate("sdo", "read", "1008h", *WHERE, "--eds", EDS).out == "OmniMate multi-turn encoder\n"
     row = json.loads(omnimate("sdo", "read", "1018h:01", *WHERE, "--json").out)
     assert (row["object"], row["value"], row["type"]) == ("1018h:01", 0xFEED0, "u32")
@@ -32,15 +30,13 @@ def test_text_and_sub_indices_are_read_whole(omnimate, on_bench):
 @pytest.mark.parametrize(
     ("value", "kind"), [("700", None), ("0x2BC", None), ("2BCh", None), ("BC 02", "hex")]
 )
-def test_what_is_written_is_read(omnimate, on_bench, value, kind):
-    on_bench(Local)
+def test_what_is_written_is_read(omnimate, local_node, value, kind):
     typed = () if kind is None else ("--type", kind)
     assert omnimate("sdo", "write", "1017h", value, *WHERE, *typed).code == 0
     assert json.loads(omnimate("sdo", "read", "1017h", *WHERE, "--json").out)["value"] == 700
 
 
-def test_a_negative_number_is_written_as_twos_complement(omnimate, on_bench):
-    on_bench(Simulated)
+def test_a_negative_number_is_written_as_twos_complement(omnimate, simulated):
     assert omnimate("sdo", "write", "60FFh", "--", *map(str, ("-5",))).code == 2  # the bus is missing
     assert omnimate("sdo", "write", *DRIVE, "--", "60FFh", "-5").code == 0
     assert omnimate("sdo", "read", "60FFh", *DRIVE).out == "-5 (FFFFFFFBh)\n"
@@ -57,8 +53,7 @@ def test_a_negative_number_is_written_as_twos_complement(omnimate, on_bench):
         (("read", "no such name", *WHERE), "expected 6004h, 1018h:04, or the name of an object"),
     ],
 )
-def test_what_cannot_be_is_told(refused, on_bench, call, says):
-    on_bench(Local)
+def test_what_cannot_be_is_told(refused, local_node, call, says):
     assert says in refused("sdo", *call, out="")
 
 
@@ -78,15 +73,13 @@ def test_beside_another_master_nothing_is_sent(refused, on_bench, call):
     assert bus.recv(0.0) is None
 
 
-def test_beside_another_master_an_object_is_written_where_it_is_forced(omnimate, on_bench):
-    bus = on_bench(Local)
-    bus._waiting.append(frame(0x080, b""))
+def test_beside_another_master_an_object_is_written_where_it_is_forced(omnimate, local_node):
+    local_node._waiting.append(frame(0x080, b""))
     assert omnimate("sdo", "write", "1017h", "700", *WHERE, "--force").code == 0
     assert omnimate("sdo", "read", "1017h", *WHERE).out == "700 (02BCh)\n"
 
 
-def test_the_dictionary_is_listed_with_all_objects_of_the_eds(omnimate, on_bench):
-    on_bench(Simulated)
+def test_the_dictionary_is_listed_with_all_objects_of_the_eds(omnimate, simulated):
     rows = json.loads(omnimate("od", *WHERE, "--eds", EDS, "--json").out)
     readable = [v for v in variables_of(load_eds(EDS, 1).dictionary) if v.readable]
     assert [row["object"] for row in rows] == [f"{v.index:04X}h:{v.subindex:02X}" for v in readable]
@@ -97,8 +90,7 @@ def test_the_dictionary_is_listed_with_all_objects_of_the_eds(omnimate, on_bench
     assert f"{'1017h:00':<9} {'Producer heartbeat time':<44} 0 (0000h)" in lines
 
 
-def test_without_an_eds_the_objects_of_the_profiles_that_are_there_are_listed(omnimate, on_bench):
-    on_bench(Local)
+def test_without_an_eds_the_objects_of_the_profiles_that_are_there_are_listed(omnimate, local_node):
     rows = json.loads(omnimate("od", *WHERE, "--json").out)
     assert {"1000h:00", "1018h:01", "1800h:01"} <= {row["object"] for row in rows}
     assert not [row for row in rows if "error" in row]

@@ -4,15 +4,12 @@ import json
 
 import pytest
 
-from docs.generate.conformance import Local, Simulated, frame
+from docs.generate.conformance import Local, frame
 from omnimate.cli.console import out
 from omnimate.vcan_sim.nodes.objects import EDS_FOLDER
-from omnimate.vcan_sim.reference import reference_vehicle
-from tests.cli.conftest import device_of, identity
+from tests.cli.conftest import NODES, device_of, identity
 
 BUS = ("--bus", "virtual://x?bitrate=250000")
-ROBOT = reference_vehicle()
-NODES = sorted({owner.node for owner in (*ROBOT.encoders, *ROBOT.drives)})
 
 
 def take_id(bus, node):
@@ -24,8 +21,7 @@ def take_id(bus, node):
     return identity(device)
 
 
-def test_the_nodes_are_listed_and_the_draft_is_written_beside_its_eds_files(accepted, on_bench, tmp_path):
-    on_bench(Simulated)
+def test_the_nodes_are_listed_and_the_draft_is_written_beside_its_eds_files(accepted, simulated, tmp_path):
     path = tmp_path / "vehicle.toml"
     result = accepted("scan", *BUS, "--eds", EDS_FOLDER, "--write", path)
     assert "406 multi-turn encoder" in result.out
@@ -38,8 +34,7 @@ def test_the_nodes_are_listed_and_the_draft_is_written_beside_its_eds_files(acce
     assert (tmp_path / line.split('"')[1]).resolve().parent == EDS_FOLDER.resolve()
 
 
-def test_json_says_all_that_was_read(omnimate, on_bench):
-    on_bench(Simulated)
+def test_json_says_all_that_was_read(omnimate, simulated):
     said = json.loads(omnimate("scan", *BUS, "--eds", EDS_FOLDER, "--json").out)
     assert [node["node"] for node in said["nodes"]] == NODES
     first = said["nodes"][0]
@@ -51,17 +46,15 @@ def test_json_says_all_that_was_read(omnimate, on_bench):
     assert said["other_master"] == []
 
 
-def test_no_line_is_longer_than_80_characters_on_such_a_screen(omnimate, on_bench, monkeypatch):
-    on_bench(Simulated)
+def test_no_line_is_longer_than_80_characters_on_such_a_screen(omnimate, simulated, monkeypatch):
     monkeypatch.setattr(out, "_force_terminal", True)
     monkeypatch.setattr(out, "_width", 80)
     lines = omnimate("scan", *BUS, "--eds", EDS_FOLDER).out.splitlines()
     assert max(map(len, lines)) <= 80
 
 
-def test_a_device_without_an_id_is_told_and_gets_one_only_when_asked(omnimate, on_bench):
-    bus = on_bench(Simulated)
-    identity = take_id(bus, 2)
+def test_a_device_without_an_id_is_told_and_gets_one_only_when_asked(omnimate, simulated):
+    identity = take_id(simulated, 2)
     assert [node["node"] for node in json.loads(omnimate("scan", *BUS, "--json").out)["nodes"]] == [
         node for node in NODES if node != 2
     ]
@@ -73,9 +66,8 @@ def test_a_device_without_an_id_is_told_and_gets_one_only_when_asked(omnimate, o
     assert 8 in [node["node"] for node in said["nodes"]]
 
 
-def test_several_devices_without_an_id_are_all_found(omnimate, on_bench):
-    bus = on_bench(Simulated)
-    identities = {tuple(take_id(bus, node)) for node in (2, 5, 12)}
+def test_several_devices_without_an_id_are_all_found(omnimate, simulated):
+    identities = {tuple(take_id(simulated, node)) for node in (2, 5, 12)}
     found = json.loads(omnimate("scan", *BUS, "--lss", "--json").out)["without_id"]
     assert {tuple(device.values())[:4] for device in found} == identities
     given = json.loads(omnimate("scan", *BUS, "--lss", "--assign", 40, "--json").out)["without_id"]
@@ -97,8 +89,7 @@ def test_beside_another_master_the_words_say_so_and_lss_is_refused(omnimate, on_
         (["--eds", __file__], "is a file"),
     ],
 )
-def test_a_call_that_cannot_be_is_refused(omnimate, on_bench, arguments, words):
-    on_bench(Local)
+def test_a_call_that_cannot_be_is_refused(omnimate, local_node, arguments, words):
     result = omnimate("scan", *BUS, *arguments)
     assert result.code
     assert words in result.err

@@ -12,10 +12,15 @@ from omnimate.calib.recordings import has_fixes
 from omnimate.calib.umbmark.exact import square_returns
 from omnimate.calib.umbmark.runs import square_runs
 from omnimate.vehicle.parameters import Truck
-from omnimate.vehicle.recording import Poses, Run
+from omnimate.vehicle.recording import Poses, Recording, Run
 
 BELIEVED = Truck(0.34, 0.15, 0.15)
 ACTUAL = corrected_truck(BELIEVED, 0.98874, 1.00084)
+
+
+@pytest.fixture
+def recording(drive_squares) -> Recording:
+    return drive_squares(BELIEVED, ACTUAL)
 
 
 def test_runs_have_the_errors_of_the_chain(drive_squares) -> None:
@@ -30,9 +35,8 @@ def test_runs_have_the_errors_of_the_chain(drive_squares) -> None:
         assert run.return_error(ACTUAL) == pytest.approx(np.zeros(3), abs=1e-5)
 
 
-def test_fixes_of_one_rest_are_averaged_and_moving_ones_left_out(drive_squares) -> None:
+def test_fixes_of_one_rest_are_averaged_and_moving_ones_left_out(recording) -> None:
     """A rest's three fixes count by their inverse variance; one on the way counts for nothing."""
-    recording = drive_squares(BELIEVED, ACTUAL)
     poses = recording.poses
     moving = 0.5 * (poses.time[0] + poses.time[1])
     time = np.array([poses.time[0], poses.time[0] + 0.1, poses.time[0] + 0.2, moving, *poses.time[1:]])
@@ -45,9 +49,8 @@ def test_fixes_of_one_rest_are_averaged_and_moving_ones_left_out(drive_squares) 
         assert run.absolute == pytest.approx(plain.absolute, abs=1e-5)
 
 
-def test_only_the_truck_s_own_fixes_count(drive_squares) -> None:
+def test_only_the_truck_s_own_fixes_count(recording) -> None:
     """Poses of the other body are not there for this one."""
-    recording = drive_squares(BELIEVED, ACTUAL)
     assert has_fixes(recording, "a")
     assert not has_fixes(recording, "b")
     poses = recording.poses
@@ -69,42 +72,37 @@ def test_an_unknown_heading_after_the_lap_is_accepted(drive_squares) -> None:
 
 
 @pytest.mark.parametrize(("kept", "words"), [([1, 2], "before the lap"), ([0, 1], "after the lap")])
-def test_a_missing_fix_is_named(drive_squares, kept: list[int], words: str) -> None:
+def test_a_missing_fix_is_named(recording, kept: list[int], words: str) -> None:
     """A lap without a fix before or after it is an error with the lap's number."""
-    recording = drive_squares(BELIEVED, ACTUAL)
     with pytest.raises(FixError, match=words) as caught:
         square_runs(replace(recording, poses=recording.poses.select(kept)))
     assert "lap" in caught.value.source
 
 
-def test_a_start_without_heading_is_refused(drive_squares) -> None:
+def test_a_start_without_heading_is_refused(recording) -> None:
     """The frame of the start needs its theta."""
-    recording = drive_squares(BELIEVED, ACTUAL)
     poses = recording.poses
     with pytest.raises(FixError, match="theta"):
         square_runs(replace(recording, poses=replace(poses, pose=poses.pose * [1, 1, np.nan])))
 
 
-def test_recordings_without_laps_or_poses_are_refused(drive_squares) -> None:
+def test_recordings_without_laps_or_poses_are_refused(recording) -> None:
     """Each says what is missing."""
-    recording = drive_squares(BELIEVED, ACTUAL)
     with pytest.raises(CalibrationError, match=r"run\.toml"):
         square_runs(replace(recording, run=None))
     with pytest.raises(CalibrationError, match=r"poses\.csv"):
         square_runs(replace(recording, poses=None))
 
 
-def test_free_laps_are_left_out(drive_squares) -> None:
+def test_free_laps_are_left_out(recording) -> None:
     """A lap of direction none is no square."""
-    recording = drive_squares(BELIEVED, ACTUAL)
     laps = (replace(recording.run.laps[0], direction="none"), recording.run.laps[1])
     free = replace(recording, run=Run("umbmark", 4.0, laps))
     assert [run.direction for run in square_runs(free)] == ["ccw"]
 
 
-def test_absent_samples_do_not_move_the_robot(drive_squares) -> None:
+def test_absent_samples_do_not_move_the_robot(recording) -> None:
     """A gap while the robot stands changes nothing."""
-    recording = drive_squares(BELIEVED, ACTUAL)
     present = recording.present.copy()
     present[3:8, 0] = False
     for run, plain in zip(
