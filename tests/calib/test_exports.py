@@ -26,17 +26,6 @@ def test_the_controller_multiplies_to_the_calibrated_sizes() -> None:
     assert found["wheel_radius"] == pytest.approx(0.0755)
 
 
-def test_multipliers_of_equal_wheels_are_the_factors_of_the_paper() -> None:
-    """c_L, c_R and E_b, U (4.31), (4.32), (2.4)."""
-    truck = Truck(0.34, 0.15, 0.15)
-    found = ros2_parameters(truck, Truck(0.33617, 0.15 * 0.99958, 0.15 * 1.00042))
-    multipliers = [
-        found[f"{name}_multiplier"]
-        for name in ("wheel_separation", "left_wheel_radius", "right_wheel_radius")
-    ]
-    assert multipliers == pytest.approx([0.33617 / 0.34, 0.99958, 1.00042])
-
-
 def test_the_yaml_is_a_ros_2_parameter_file() -> None:
     """A controller for each truck, with indented numbers; a single truck keeps the plain name."""
     lines = ros2_yaml({"a": (NOMINAL, FOUND)}).splitlines()

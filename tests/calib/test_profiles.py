@@ -39,10 +39,3 @@ def test_an_unknown_name_or_truck_is_refused(tmp_path: Path) -> None:
         with_profile(reference_single(), path, "concrete")
     with pytest.raises(CalibrationError, match="needs a name"):
         save_profile(path, " ", {"a": CONCRETE})
-
-
-def test_a_file_that_is_no_toml_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "floors.toml"
-    path.write_text("[", encoding="utf-8")
-    with pytest.raises(CalibrationError, match="not a file of profiles"):
-        load_profiles(path)

@@ -16,12 +16,6 @@ def drive(small_drive, tmp_path):
     return shutil.copytree(small_drive, tmp_path / "drive")
 
 
-@pytest.fixture
-def said(refused):
-    """Return a function that runs `omnimate` and gives the one error that it says."""
-    return lambda *arguments: refused(*arguments).split("error: ", 1)[1]
-
-
 @pytest.mark.parametrize("verb", READERS)
 def test_a_truncated_log_is_used_as_far_as_it_goes_and_marked(refused, drive, verb):
     log = drive / "can.log"
@@ -40,15 +34,6 @@ def test_a_line_of_garbage_is_skipped_with_its_number(omnimate, drive, verb):
     assert result.code == 1
     assert "can.log:42: skipped" in result.err
     assert result.out, "what can be said is said all the same"
-
-
-@pytest.mark.parametrize("verb", [["replay"], ["umbmark"]])
-def test_a_wrong_unit_names_file_key_and_what_was_expected(said, drive, verb):
-    toml = drive / "vehicle.toml"
-    toml.write_text(toml.read_text().replace("wheelbase = 0.34", "wheelbase = 340", 1))
-    sentence = said(*verb, drive)
-    assert "vehicle.toml: truck.a.wheelbase: 340 is impossible" in sentence
-    assert "write 0.34" in sentence
 
 
 @pytest.mark.slow

@@ -59,11 +59,6 @@ def test_swapped_laps_are_refused(drive_squares) -> None:
         experiment_of_recordings([replace(recording, run=Run("umbmark", 4.0, laps))])
 
 
-def test_one_direction_is_refused(drive_squares) -> None:
-    with pytest.raises(DirectionError, match="no ccw"):
-        experiment_of_recordings([drive_squares(BELIEVED, ACTUAL, ("cw",))])
-
-
 def test_the_side_is_stated_or_given(drive_squares) -> None:
     """Without one in run.toml it must be given, and a wrong one does not fit the wheels."""
     recording = drive_squares(BELIEVED, ACTUAL)

@@ -24,18 +24,6 @@ def made(left, right, **more):
     return recording_of(ROBOT, {"a.left": left, "a.right": right}, "test", **more)
 
 
-@given(st.lists(st.tuples(st.integers(-100, 100), st.integers(-100, 100)), min_size=2, max_size=50))
-def test_counts_on_one_clock_are_not_touched(steps):
-    counts = np.cumsum(np.array(steps), axis=0)
-    time = 100.0 + 0.02 * np.arange(len(steps))
-    left, right = (Series(time, column.astype(float), "counts", "test") for column in counts.T)
-    recording = made(left, right)
-    np.testing.assert_array_equal(recording.counts, counts)
-    np.testing.assert_array_equal(recording.time, time)
-    assert recording.present.all()
-    assert recording.vehicle.bus.sync_period == 0.02
-
-
 @given(
     st.lists(st.tuples(*[st.none() | st.integers(-200, 200) | st.integers(-(10**6), 10**6)] * 2), min_size=2),
     st.lists(st.sampled_from([0.02, 0.04]), min_size=100, max_size=100),
@@ -89,14 +77,6 @@ def test_a_counter_that_wraps_is_followed_over_its_wrap():
     apart = made(Series(time, raw, "counts", "left"), other)
     for recording in (shared, apart):
         assert set(np.diff(recording.channel_counts("a.left"))) == {10}
-
-
-def test_a_missing_value_is_a_sample_without_that_channel():
-    time, left = 0.02 * np.arange(10), 10.0 * np.arange(10)
-    left[4] = np.nan
-    recording = made(Series(time, left, "counts", "left"), Series(time, np.arange(10.0), "counts", "right"))
-    np.testing.assert_array_equal(np.flatnonzero(~recording.is_present("a.left")), [4])
-    assert recording.channel_counts("a.left")[-1] == 90
 
 
 def test_a_pause_is_filled_with_syncs_that_nobody_answers_and_no_count_is_lost():

@@ -41,11 +41,6 @@ frames = any_frames(CLASSICAL, error_directions=(0, SENT), times=times)
 logs = st.lists(frames, min_size=1, max_size=60)
 
 
-def block_of(rows, form="log"):
-    """The text of a log."""
-    return "".join(line + "\n" for line in format_lines(frames_of(rows), form)).encode()
-
-
 def screen(times):
     """A log as candump prints it on the screen, with these times."""
     return b"".join(b" (%010.6f)  can0  181   [2]  00 01\n" % time for time in times)
@@ -86,15 +81,9 @@ def test_a_plain_line_that_is_no_frame_is_told(line):
     assert isinstance(parse_line(line), str)
 
 
-@given(rows=logs)
-def test_column_by_column_reads_what_line_by_line_reads(rows):
-    block = block_of(rows)
-    assert list(BlockParser().parse(block)) == [parse_line(line) for line in block.splitlines()] == rows
-
-
 @given(rows=logs, at=st.lists(st.integers(0, 59), max_size=6), form=st.sampled_from(["log", "ta"]))
 def test_garbage_costs_its_own_line_and_no_other(rows, at, form):
-    lines = block_of(rows, form).splitlines(keepends=True)
+    lines = [f"{line}\n".encode() for line in format_lines(frames_of(rows), form)]
     places = sorted({min(place, len(lines)) for place in at}, reverse=True)
     for place in places:
         lines.insert(place, b"(170x0000.0) can0 18z#0\n")

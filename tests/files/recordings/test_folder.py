@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omnimate.files.logs.frame_classes import count_classes
 from omnimate.files.recordings.folder import load_recording, read_recording, save_recording
 from omnimate.vehicle.errors import LogError, RecordingError, VehicleFileError
 from omnimate.vehicle.file import parse_vehicle, save_vehicle
@@ -184,12 +185,16 @@ def test_laps_and_poses_on_another_clock_are_refused(vehicle, tmp_path, shift):
             load_recording(tmp_path / file)
 
 
-def test_recordings_made_elsewhere_load_and_survive_being_saved(shared_data, tmp_path):
+def test_recordings_made_elsewhere_are_whole_and_survive_being_saved(shared_data, tmp_path):
     folders = sorted((shared_data / "concealed").glob("*/*/"))
     assert len(folders) >= 14
     for number, folder in enumerate(folders):
         loaded = read_recording(folder)
         assert loaded.log.blocks.is_whole
+        assert loaded.recording.present.all()
+        assert loaded.recording.gaps == ()
+        counts = count_classes(loaded.log.frames, loaded.recording.vehicle)
+        assert {name for name, count in counts.items() if count} <= {"SYNC", "PDO", "heartbeat"}
         if number % 5 == 0:  # one of each kind is enough to write
             save_recording(loaded.recording, tmp_path / str(number))
             assert_equal(load_recording(tmp_path / str(number)), loaded.recording)

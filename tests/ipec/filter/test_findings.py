@@ -107,7 +107,3 @@ def test_stretches_and_losses_are_those_of_the_table(drawn):
     left = lost.sum() - sum(disturbance.lost for disturbance in reported)
     stretches = (np.diff((alert > 0.0).astype(int), axis=0, prepend=0) > 0).sum()
     assert left <= MIN_LOST_TRAVEL * (stretches - len(reported)) + 1e-12
-
-
-def test_nothing_distrusted_is_nothing_reported():
-    assert find_disturbances(np.arange(5.0), np.zeros((5, 4)), np.ones((5, 4))) == ()

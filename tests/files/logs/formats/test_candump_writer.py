@@ -50,12 +50,6 @@ def test_an_unfinished_gzip_log_holds_all_that_was_synced(tmp_path):
     assert not read_log(tmp_path / "can.log.gz").blocks.truncated
 
 
-@pytest.mark.parametrize("name", ["can.log", "can.log.gz"])
-def test_what_is_written_is_read_again(tmp_path, name):
-    write(tmp_path / name).close()
-    assert [frame._replace(length=None) for frame in read_log(tmp_path / name).frames] == FRAMES
-
-
 def test_a_new_writer_replaces_an_old_log_and_closing_twice_does_nothing(tmp_path):
     write(tmp_path / "can.log").close()
     writer = CandumpWriter(tmp_path / "can.log")
