@@ -110,30 +110,19 @@ def dump(
     )
     robot = vehicle_of(vehicle, source)
     known = descriptions(robot, dbc or (), eds or ())
-    if bus is not None:
-        if triggers:
-            raise CallError("--trigger looks back, so it needs a log; record the bus first")
-        frames = _chosen(_blocks_on_bus(bus, seconds), wanted, count, None, margin)
-        _show(frames, form, None, known.decoder({}), decode=decode, rates=rates)
-        return
-    assert source is not None  # one of the two is given
-    _dump_log(source, known, wanted, count, triggers or (), margin, form, decode=decode, rates=rates)
+    if bus is not None and triggers:
+        raise CallError("--trigger looks back, so it needs a log; record the bus first")
+    log, decoder, near = None, known.decoder({}), None
+    if source is not None:
+        log, decoder, near = _opened(log_of(source), known, triggers or (), decode=decode)
+    chosen = _chosen(log or _blocks_on_bus(str(bus), seconds), wanted, count, near, margin)
+    _show(chosen, form, log, decoder, decode=decode, rates=rates)
 
 
-def _dump_log(
-    source: Path,
-    known: Descriptions,
-    wanted: FrameFilter,
-    count: int | None,
-    triggers: Sequence[str],
-    margin: float,
-    form: FormChoice,
-    *,
-    decode: bool,
-    rates: bool,
-) -> None:
-    """Print the wanted frames of a log, or their rates."""
-    path = log_of(source)
+def _opened(
+    path: Path, known: Descriptions, triggers: Sequence[str], *, decode: bool
+) -> tuple[LogBlocks, FrameDecoder, NDArray[np.float64] | None]:
+    """Return a log to be read, what explains its frames, and the times of its triggers, if any [s]."""
     if triggers and path.is_fifo():
         raise CallError(
             "--trigger looks back, so it needs a log that is a file; write the pipe into one first"
@@ -145,13 +134,7 @@ def _dump_log(
             seen.update(seen_objects(frames))
     decoder = known.decoder(seen)
     near = _triggered(path, triggers, decoder) if triggers else None
-    log = LogBlocks(path, fd=True)
-    chosen = _chosen(log, wanted, count, near, margin)
-    _show(chosen, form, log, decoder, decode=decode, rates=rates)
-    for problem in log.problems():
-        warn(problem)
-    if not log.is_whole:
-        raise typer.Exit(1)
+    return LogBlocks(path, fd=True), decoder, near
 
 
 def _show(
@@ -163,7 +146,10 @@ def _show(
     decode: bool,
     rates: bool,
 ) -> None:
-    """Print frames, or their rates at the end; Ctrl-C and SIGTERM end a bus (no log) in good order."""
+    """Print frames, or their rates at the end, and what is wrong with a log.
+
+    Ctrl-C and SIGTERM end a bus (no log) in good order.
+    """
     table = RateTable()
     with contextlib.suppress(*([KeyboardInterrupt] if log is None else [])):
         if rates:
@@ -173,6 +159,10 @@ def _show(
             _print(blocks, form, log, decoder if decode else None)
     if rates:
         _write(table.lines(decoder))
+    for problem in log.problems() if log is not None else ():
+        warn(problem)
+    if log is not None and not log.is_whole:
+        raise typer.Exit(1)
 
 
 def _triggered(path: Path, triggers: Sequence[str], decoder: FrameDecoder) -> NDArray[np.float64]:
