@@ -9,25 +9,13 @@ from omnimate.files.importers.robots import single_truck
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.file import save_vehicle
 from omnimate.vehicle.parameters import Truck
-from tests.files.importers.conftest import Maker, write_bag
+from tests.files.importers.conftest import COLUMNS, POSES, Maker, write_bag
 
 MAPPING = """
 [robot]
 wheelbase = 0.3
 wheel_diameter = 0.1
 counts_per_turn = 1000
-"""
-COLUMNS = """
-[time]
-column = "t"
-[channel."a.left"]
-column = "left"
-[channel."a.right"]
-column = "right"
-[poses.a]
-x = "x"
-y = "y"
-theta = "yaw"
 """
 ROBOT = single_truck("tried", Truck(0.3, 0.1, 0.1), 1000.0, 0.02)
 
@@ -48,7 +36,7 @@ def bag(tmp_path):
 def test_a_csv_file_becomes_a_recording_and_its_odometry_is_told(accepted, tmp_path):
     rows = "\n".join(f"{0.05 * row:.2f},{10 * row},{10 * row},{0.01 * row},0,0" for row in range(50))
     (tmp_path / "drive.csv").write_text("t,left,right,x,y,yaw\n" + rows + "\n")
-    (tmp_path / "map.toml").write_text(MAPPING + COLUMNS)
+    (tmp_path / "map.toml").write_text(MAPPING + COLUMNS + POSES)
     result = accepted(
         "import", "csv", tmp_path / "drive.csv", tmp_path / "out", "--mapping", tmp_path / "map.toml"
     )
@@ -61,7 +49,7 @@ def test_a_csv_file_becomes_a_recording_and_its_odometry_is_told(accepted, tmp_p
 
 def test_a_bad_csv_file_is_one_sentence_with_the_place(refused, tmp_path):
     (tmp_path / "drive.csv").write_text("t,left,right,x,y,yaw\n0,1,2,0,0,0\n0.1,one,2,0,0,0\n")
-    (tmp_path / "map.toml").write_text(MAPPING + COLUMNS)
+    (tmp_path / "map.toml").write_text(MAPPING + COLUMNS + POSES)
     assert "drive.csv:3: column left: 'one' is no number" in refused(
         "import", "csv", tmp_path / "drive.csv", tmp_path / "out", "--mapping", tmp_path / "map.toml"
     )

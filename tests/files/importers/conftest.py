@@ -27,6 +27,20 @@ def drive(robot):
     return recording_of(robot, {"a.left": left, "a.right": right}, "test", poses_of("a", time[::5], pose))
 
 
+COLUMNS = """
+[time]
+column = "t"
+[channel."a.left"]
+column = "left"
+[channel."a.right"]
+column = "right"
+"""
+POSES = """
+[poses.a]
+x = "x"
+y = "y"
+theta = "yaw"
+"""
 FORMS = ("ros1", "sqlite3", "mcap", "mcap-file", "db3-file")
 
 

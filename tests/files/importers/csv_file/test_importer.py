@@ -11,22 +11,9 @@ from omnimate.files.errors import MappingError, SourceError
 from omnimate.files.importers.csv_file.importer import read_csv
 from omnimate.vehicle.errors import VehicleFileError
 from omnimate.vehicle.file import save_vehicle
+from tests.files.importers.conftest import COLUMNS, POSES
 
-MAPPING = """
-vehicle = "vehicle.toml"
-[time]
-column = "t"
-[channel."a.left"]
-column = "left"
-[channel."a.right"]
-column = "right"
-"""
-POSES = """
-[poses.a]
-x = "x"
-y = "y"
-theta = "yaw"
-"""
+MAPPING = 'vehicle = "vehicle.toml"\n' + COLUMNS
 ROWS = "t,left,right\n0,1,2\n0.02,3,4\n"
 
 
