@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.calib.errors import CalibrationError, UnobservableError
 from omnimate.calib.estimation.chains import Chains
-from omnimate.calib.paths.drives import Drive, drives_of
+from omnimate.calib.paths.drives import Drive
 from omnimate.calib.paths.kinematics import Differential
 from omnimate.calib.paths.least_squares import calibrate_path, calibrate_truck
 from omnimate.motion.paths import figure_eight, free, out_and_back, squares, umbmark
@@ -128,9 +128,10 @@ def test_five_minutes_at_20_hz_need_few_passes_over_few_poses(monkeypatch):
     )
 
 
-def test_a_wild_fix_is_named_and_does_no_harm(robot):
+def test_a_wild_fix_alone_is_named_and_does_no_harm(robot):
     recording = simulate(robot, truth_of(robot, 2), umbmark(4.0, 4))
     clean = calibrate_truck([recording])
+    assert clean.estimate.down_weighted == ()
     pose = recording.poses.pose.copy()
     pose[7] += [1.0, -0.7, 0.3]
     old = recording.poses
@@ -140,12 +141,6 @@ def test_a_wild_fix_is_named_and_does_no_harm(robot):
     assert found.estimate.down_weighted[0].weight < 0.02
     away = (found.estimate.coordinates - clean.estimate.coordinates) / np.maximum(clean.estimate.sigma, 1e-9)
     assert np.abs(away).max() < 1.0
-
-
-def test_no_fix_of_a_good_drive_is_down_weighted(robot):
-    assert (
-        calibrate_truck([simulate(robot, truth_of(robot, 5), umbmark(4.0, 4))]).estimate.down_weighted == ()
-    )
 
 
 def test_positions_without_headings_are_enough():
@@ -213,15 +208,3 @@ def test_a_name_that_cannot_be_held_is_refused(robot):
     recording = simulate(robot, truth_of(robot, 0), umbmark(4.0, 1))
     with pytest.raises(CalibrationError, match=r"cannot hold E_s.*mean diameter"):
         calibrate_truck([recording], hold=["E_s"])
-
-
-def test_wheels_that_belong_to_another_drive_do_not_pass_as_a_calibration(robot):
-    """Left and right swapped: either no convergence, or almost every fix is contradicted."""
-    (drive,) = drives_of([simulate(robot, truth_of(robot, 0), free(1, 4))])
-    swapped = replace(drive, readings=drive.readings[:, ::-1].copy())
-    try:
-        found = calibrate_path([swapped], Differential(NOMINAL)).estimate
-    except CalibrationError:
-        return
-    roughness = next(one.value for one in found.noises if one.source.name == "roughness")
-    assert roughness > 10.0 * ROUGHNESS
