@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.relative.calibration import calibrate_wheels
-from omnimate.calib.relative.motions import COLUMNS, Motions, load_motions, missing_motion
+from omnimate.calib.relative.motions import COLUMNS, Motions, load_motions
 from omnimate.vehicle.arcs import arc, integrate
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.se2 import between, compose
@@ -84,8 +84,9 @@ def test_motions_that_the_others_contradict_lose_weight():
     [
         (np.full(60, 0.5), np.zeros(60), "straight ways only", {"wheelbase", "sensor x", "sensor y"}),
         (np.zeros(60), np.full(60, 0.8), "turning on the spot only", {"sensor yaw"}),
-        (np.full(60, 0.5), np.full(60, 0.5), "one arc only, of 1.0", set()),
-        (np.full(60, -0.5), np.full(60, 0.5), "one arc only, of 1.0", set()),
+        (np.full(60, 0.5), np.full(60, 0.5), "one arc only, of 1.00 m to the left", set()),
+        (np.full(60, 0.5), np.full(60, -0.5), "one arc only, of 1.00 m to the right", set()),
+        (np.full(60, -0.5), np.full(60, -0.5), "one arc only, of 1.00 m to the left", set()),
     ],
 )
 def test_degenerate_motions_are_named_and_what_they_do_not_show_is_held(ways, turns, words, held):
@@ -106,14 +107,6 @@ def test_curves_to_one_side_of_several_radii_suffice():
     found = calibrated(drive(chance.uniform(0.2, 0.6, 400), chance.uniform(0.2, 1.0, 400)))
     assert found.estimate.held == ()
     assert found.truck.wheelbase == pytest.approx(TRUE.wheelbase, abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("left", "right", "side"), [(0.4, 0.6, "left"), (0.6, 0.4, "right"), (-0.4, -0.6, "left")]
-)
-def test_an_arc_is_named_by_the_side_of_its_middle_whichever_way_it_is_driven(left, right, side):
-    named = missing_motion(np.tile([left, right], (9, 1)), 0.34)
-    assert named.startswith(f"one arc only, of 0.85 m to the {side}")
 
 
 def test_motions_are_read_from_a_file(tmp_path):
