@@ -226,11 +226,16 @@ class ConditionalFit:
         for batch in (places[first : first + BATCH] for first in range(0, len(places), BATCH)):
             start = batch[0].start
             of_batch, explained = self._with_nuisances(columns[:, start : batch[-1].stop])
-            score = self._score(of_batch, explained)
-            for part in (slice(place.start - start, place.stop - start) for place in batch):
-                gram = of_batch[:, part].T @ of_batch[:, part] - explained[:, part].T @ explained[:, part]
-                factors.append(float(log_bayes_factor(gram, score[part])))
-        return np.array(factors)
+            score, width = self._score(of_batch, explained), max(place.stop - place.start for place in batch)
+            # columns of zeros change nothing
+            grams, scores = np.zeros((len(batch), width, width)), np.zeros((len(batch), width))
+            for number, part in enumerate(slice(place.start - start, place.stop - start) for place in batch):
+                own = slice(part.stop - part.start)
+                grams[number, own, own] = of_batch[:, part].T @ of_batch[:, part]
+                grams[number, own, own] -= explained[:, part].T @ explained[:, part]
+                scores[number, own] = score[part]
+            factors.append(log_bayes_factor(grams, scores))
+        return np.concatenate(factors)
 
     def _with_nuisances(self, columns: Array | NDArray[np.float32]) -> tuple[Array, Array]:
         """Return further columns (V, C) with discrepancies as noise, and what nuisances explain, `(r, C)`."""
