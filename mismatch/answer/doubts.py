@@ -42,8 +42,6 @@ def surest_names(
     """
     terms = investigation.fit.chosen.terms
     nameless = {investigation.posterior.terms[member].component for member in _lasting(investigation)}
-    if left.strongest is not None and left.relevant:
-        nameless.add(left.strongest.component)
     has_named_events = any(term.is_local and not term.is_unknown for term in terms)
     predicted = _are_predicted(parts, after, left)
     inexact = _are_discrepancies(terms, explained)

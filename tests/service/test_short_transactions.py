@@ -10,7 +10,7 @@ from tests.service.conftest import SESSIONS, sampled, started, uploaded
 
 PATIENCE = 60.0  # [s] after which a call counts as blocked
 LOADER = "omnimate.service.store.recordings.read_in_process"
-SOLVER = "omnimate.service.umbmark.result.make_result"
+SOLVER = "omnimate.service.routes.umbmark_sessions.make_result"
 
 
 class Blocked:
