@@ -36,6 +36,7 @@ def pytest_addoption(parser):
     )
 
 
+@pytest.hookimpl(optionalhook=True)  # `make mutation` loads no plugins
 def pytest_xdist_auto_num_workers():
     """Return one process more than cores, as many tests wait for a browser or another process; at most 4."""
     return min((os.cpu_count() or 1) + 1, 4)
