@@ -21,18 +21,18 @@ GOLDEN = tomllib.loads(
 
 def falls_silent(kit):
     device = kit.encoder_device(1)
-    device.on_write = lambda *_write: setattr(device, "mute", True)
+    device.on_write = lambda *_write: device.power_off()
     return device
 
 
 def without(device, *indices):
-    for key in [key for key in device.objects if key[0] in indices]:
-        del device.objects[key]
+    for index in indices:
+        device.object_dictionary.indices.pop(index, None)
     return device
 
 
 def has(device, index, subindex, value):
-    device.objects[index, subindex][0] = value
+    device.put(index, subindex, value)
     return device
 
 
@@ -45,10 +45,10 @@ def refuses_sync(kit, code):
     return refuses(has(kit.encoder_device(1), 0x1005, 0, 0x40000080), 0x1005, 0, code=code)
 
 
-def keeps(kit, kept, where, size):
+def keeps(kit, kept, where):
     """Return a device that confirms what is written to an object, and keeps another value."""
     device = kit.encoder_device(1)
-    device.on_write = lambda *write: device.put(*where, kept, size) if write[:2] == where else None
+    device.on_write = lambda *write: device.put(*where, kept) if write[:2] == where else None
     return device
 
 
@@ -84,10 +84,8 @@ SITUATIONS = {
     "node_refuses_a_read": lambda kit: enabled(
         kit, lambda device: device.refuse_read.update({(0x6041, 0): 0x08000000})
     ),
-    "node_confirms_a_value_and_keeps_another": lambda kit: kit.configure(keeps(kit, 3, (0x1800, 2), 1)),
-    "device_does_not_keep_a_cob_id": lambda kit: kit.configure(
-        keeps(kit, 0x2FF, (0x1801, 1), 4), cob_id=0x1A1
-    ),
+    "node_confirms_a_value_and_keeps_another": lambda kit: kit.configure(keeps(kit, 3, (0x1800, 2))),
+    "device_does_not_keep_a_cob_id": lambda kit: kit.configure(keeps(kit, 0x2FF, (0x1801, 1)), cob_id=0x1A1),
     "device_has_another_profile": lambda kit: kit.configure(
         has(kit.encoder_device(1), 0x1000, 0, 0x00020192)
     ),
@@ -105,7 +103,7 @@ SITUATIONS = {
     ),
     "drive_has_no_rpdo": lambda kit: enabled(kit, lambda device: without(device, *range(0x1400, 0x1404))),
     "drive_stays_switch_on_disabled": lambda kit: enabled(
-        kit, lambda device: setattr(device, "on_write", None)
+        kit, lambda device: setattr(device, "on_write", lambda *_write: None)
     ),
     "drives_are_not_enabled": lambda kit: kit.driver_and_bus()[0].command((0.0, 0.0)),
     "vehicle_has_no_drives": lambda kit: kit.driver_and_bus()[0].enable(),

@@ -27,9 +27,8 @@ from omnimate.driver.canopen.eds import load_eds
 STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x04, 0x05, 0x7F
 NMT_STATE = {0x01: OPERATIONAL, 0x02: STOPPED, 0x80: PRE_OPERATIONAL}
 RESET_NODE, RESET_COMMUNICATION = 0x81, 0x82
-SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP_ACTIVE, FAULT = (
-    *(0x0240, 0x0221, 0x0223, 0x0227, 0x0207, 0x0208),
-)
+SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED = 0x0240, 0x0221, 0x0223, 0x0227
+QUICK_STOP_ACTIVE, FAULT, FAULT_REACTION = 0x0207, 0x0208, 0x020F
 RAMP = 400_000.0  # [counts/s^2] of a drive, also in a quick stop
 
 
@@ -55,7 +54,13 @@ class ForeignNetwork(canopen.Network):
 
 
 class ForeignNode(canopen.LocalNode):
-    """A node with NMT states, heartbeats and TPDOs."""
+    """A node with NMT states, heartbeats and TPDOs.
+
+    Attributes:
+        writes: What was written by SDO, also in vain: index, sub-index, value.
+        refuse: Abort codes of writing, by index and sub-index, or by these and a value.
+        refuse_read: Abort codes of reading, by index and sub-index.
+    """
 
     device_type = 0
     objects = (
@@ -73,15 +78,31 @@ class ForeignNode(canopen.LocalNode):
         made = dictionary([device_type, *self.objects, *extra, *pdo_objects(node, 0x1800, tpdos)])
         super().__init__(node, described or made)
         self.state = PRE_OPERATIONAL
-        self.is_powered = True
+        self.is_powered = self.hears_sync = True
+        self.writes, self.refuse, self.refuse_read = [], {}, {}
         self.now = 0.0
         self._beat, self._period = math.inf, 0.0
         self._event_pdos = None  # TPDOs that are sent at a change; None where they must be read again
         self._sent = {}
-        self.add_write_callback(self._configured)
 
-    def _configured(self, **_):
+    def get_data(self, index, subindex, check_readable=False):
+        """Return the bytes of an object, which may be refused to SDO: `check_readable`."""
+        if check_readable and (index, subindex) in self.refuse_read:
+            raise canopen.SdoAbortedError(self.refuse_read[index, subindex])
+        return super().get_data(index, subindex, check_readable)
+
+    def set_data(self, index, subindex, data, check_writable=False):
+        """Take what SDO writes, unless it is refused."""
+        value = int.from_bytes(data, "little")
+        self.writes.append((index, subindex, value))
+        if code := self.refuse.get((index, subindex)) or self.refuse.get((index, subindex, value)):
+            raise canopen.SdoAbortedError(code)
+        super().set_data(index, subindex, data, check_writable)
         self._event_pdos = None
+        self.on_write(index, subindex, value)
+
+    def on_write(self, index, subindex, value):
+        """Follow what SDO has written."""
 
     def associate_network(self, network):
         super().associate_network(network)
@@ -160,7 +181,7 @@ class ForeignNode(canopen.LocalNode):
             self.state = NMT_STATE.get(data[0], self.state)
 
     def _on_sync(self, _can_id, _data, _timestamp):
-        if self.state == OPERATIONAL:
+        if self.state == OPERATIONAL and self.hears_sync:
             for cob_id, entries in self._pdos(lambda kind: kind == 1):
                 self.send(cob_id, self._pack(entries))
 
@@ -262,13 +283,14 @@ class ForeignDrive(DrivenWheel, ForeignNode):
     """A CiA 402 drive that turns the wheel of `encoder`.
 
     `status` says where its status word is: None in no TPDO, "first" or "last" in an enabled one. `rpdo` is
-    what its RPDO maps, and `access` whether that can be changed.
+    what its RPDO maps, `access` whether that can be changed, and `more` further objects.
     """
 
     device_type = 0x00020192
 
-    def __init__(self, node, encoder, status=None, rpdo=(0x60400010,), access="rw"):
+    def __init__(self, node, encoder, status=None, rpdo=(0x60400010,), access="rw", more=()):
         extra = [
+            *more,
             (0x1016, 0, UNSIGNED8, "ro", 1),
             (0x1016, 1, UNSIGNED32, "rw", 0),
             (0x6007, 0, UNSIGNED16, "rw", 1),
@@ -284,7 +306,6 @@ class ForeignDrive(DrivenWheel, ForeignNode):
         self.encoder = encoder
         self.status = SWITCH_ON_DISABLED
         self.add_read_callback(self._read)
-        self.add_write_callback(self._written)
 
     def emergency(self, code):
         """Send EMCY and stay as it is."""
@@ -319,12 +340,15 @@ class ForeignDrive(DrivenWheel, ForeignNode):
             return self.status
         return self.number(0x6060) if index == 0x6061 else None
 
-    def _written(self, *, index, subindex, data, **_):
+    def on_write(self, index, subindex, value):
+        """Follow what SDO has written: the control word."""
         if index == 0x6040:
-            self._control(int.from_bytes(data, "little"))
+            self._control(value)
 
     def _control(self, word):
         """Follow a control word, CiA 402-2 figure 9."""
+        if self.status == FAULT_REACTION:
+            return
         if self.status == FAULT:
             if word & 0x80:
                 self.status = SWITCH_ON_DISABLED

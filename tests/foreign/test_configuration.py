@@ -9,7 +9,6 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import canopen
 import pytest
 
 from omnimate.driver.bus.clock import WallClock
@@ -157,30 +156,10 @@ def test_a_counter_of_sync_and_its_period_are_set_in_the_order_that_the_device_t
 
 
 class Device(DescribedNode):
-    """A device that refuses to write or to read some objects.
-
-    `locked` and `hidden` have the abort codes of writing and of reading, and `allowed` the values that are
-    taken, by index and sub-index.
-    """
+    """A device of which objects can be locked, and PDOs mapped beforehand."""
 
     def __init__(self, eds="encoder_cia406.eds"):
         super().__init__(1, EDS / eds)
-        self.locked, self.hidden, self.allowed, self.writes = {}, {}, {}, []
-        self.add_write_callback(self._check_write)
-        self.add_read_callback(self._check_read)
-
-    def _check_write(self, *, index, subindex, data, **_):
-        value = int.from_bytes(data, "little")
-        self.writes.append((index, subindex, value))
-        code = self.locked.get((index, subindex))
-        if code is None and value not in self.allowed.get((index, subindex), [value]):
-            code = OUT_OF_RANGE
-        if code is not None:
-            raise canopen.SdoAbortedError(code)
-
-    def _check_read(self, *, index, subindex, **_):
-        if (index, subindex) in self.hidden:
-            raise canopen.SdoAbortedError(self.hidden[index, subindex])
 
     def map_pdo(self, base, cob_id, kind, *entries):
         self.put(base, 1, cob_id)
@@ -190,7 +169,11 @@ class Device(DescribedNode):
             self.put(base + 0x200, subindex, entry)
 
     def lock(self, *objects, code=READ_ONLY):
-        self.locked |= dict.fromkeys(objects, code)
+        self.refuse |= dict.fromkeys(objects, code)
+
+    def take_only(self, kind):
+        """Refuse transmission types of TPDO1 but one."""
+        self.refuse |= {(0x1800, 2, other): OUT_OF_RANGE for other in {1, 254, 255} - {kind}}
 
 
 @pytest.fixture
@@ -242,7 +225,7 @@ def test_a_read_only_cob_id_that_is_right_does_not_keep_the_mapping_from_being_s
 def test_a_device_without_transmission_type_1_sends_by_its_event_timer_and_that_is_told(configure, taken):
     device = Device()
     device.map_pdo(0x1800, NO_RTR | 0x181, taken, POSITION)
-    device.allowed[0x1800, 2] = [taken]
+    device.take_only(taken)
     configuration = configure(device)
     assert (device.number(0x1800, 2), device.number(0x1800, 3), device.number(0x1800, 5)) == (taken, 75, 7)
     assert (
@@ -254,7 +237,7 @@ def test_a_device_without_transmission_type_1_sends_by_its_event_timer_and_that_
 def test_a_device_that_has_neither_type_1_nor_an_event_timer_sends_at_changes_and_that_is_told(configure):
     device = Device()
     device.map_pdo(0x1800, NO_RTR | 0x181, 255, POSITION)
-    device.allowed[0x1800, 2] = [255]
+    device.take_only(255)
     device.lock((0x1800, 5))
     device.put(0x1800, 5, 0)
     assert any("no event timer: sent at changes only" in remark for remark in configure(device).remarks)
@@ -265,8 +248,8 @@ def test_optional_objects_may_be_refused_with_any_abort_code(connect, code):
     device = Device()
     device.map_pdo(0x1800, NO_RTR | 0x181, 1, POSITION)
     optional = [0x1005, 0x1017, 0x6000, 0x6001, 0x6002, 0x6500, 0x6501, 0x6502, 0x6509, 0x650B]
-    device.hidden = {(index, 0): code for index in optional} | {(0x1018, s): code for s in (1, 2, 4)}
-    device.hidden |= {(0x1800, 3): code, (0x1800, 5): code, (0x1802, 1): code, (0x1803, 1): code}
+    device.refuse_read = {(index, 0): code for index in optional} | {(0x1018, s): code for s in (1, 2, 4)}
+    device.refuse_read |= {(0x1800, 3): code, (0x1800, 5): code, (0x1802, 1): code, (0x1803, 1): code}
     sdo, network = connect(device)
     configuration = configure_node(sdo, robot(), network.nmt_command)
     assert configuration.heartbeat is None
@@ -317,7 +300,7 @@ class TimedDevice(Device):
 @pytest.mark.parametrize("period", [0.010, 0.015, 0.040])
 def test_an_encoder_without_transmission_type_1_is_in_every_sample(bench, driver_on, phase, skew, period):
     device = TimedDevice(phase, skew)
-    device.allowed[0x1800, 2] = [255]
+    device.take_only(255)
     encoders = (
         wheel_encoder("a.left", 1, bits=16),
         wheel_encoder("a.right", 1, cob_id=0x181, start_bit=16, bits=16),

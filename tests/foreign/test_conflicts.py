@@ -55,7 +55,7 @@ def test_a_second_sync_master_stops_the_robot_and_ends_with_code_1(bench, enable
 @pytest.mark.parametrize("options", [("--seconds", "3"), ("--drive", "straight")])
 def test_an_encoder_that_never_answers_sync_ends_with_code_1(bench, record, options):
     bus = bench(devices())
-    bus.nodes[5].network.unsubscribe(0x80, bus.nodes[5]._on_sync)
+    bus.nodes[5].hears_sync = False
     result = record(bus, *options)
     assert result.code == 1
     assert "node 5: has never answered SYNC" in result.err

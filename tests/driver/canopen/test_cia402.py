@@ -21,7 +21,7 @@ from omnimate.driver.canopen.pdo_mapping import Entry
 from omnimate.driver.errors import DriveError, NotTaken, SdoRefused
 from omnimate.vehicle.errors import TableError
 from omnimate.vehicle.parameters import Drive
-from tests.driver.conftest import (
+from tests.foreign.devices import (
     ENABLED,
     FAULT,
     FAULT_REACTION,
@@ -54,11 +54,11 @@ def test_from_every_state_it_ends_enabled_in_profile_velocity_mode_at_speed_zero
     drive, state
 ):
     device, sdo = drive(state)
-    device.objects[0x60FF, 0][0] = 12345
+    device.put(0x60FF, 0, 12345)
     enable_drive(sdo, no_wait)
-    assert device.objects[0x6041, 0][0] == ENABLED
-    assert device.objects[0x6061, 0][0] == 3
-    assert device.objects[0x60FF, 0][0] == 0
+    assert device.status == ENABLED
+    assert device.number(0x6061) == 3
+    assert device.number(0x60FF) == 0
     order = [(index, value) for index, _, value in device.writes]
     assert order.index((0x60FF, 0)) < order.index((0x6040, 0x0F))
     assert {value for index, value in order if index == 0x60FF} == {0}
@@ -68,11 +68,11 @@ def test_a_drive_that_keeps_another_speed_gets_no_torque(drive):
     device, sdo = drive(SWITCH_ON_DISABLED)
     follow = device.on_write
     device.on_write = lambda index, sub, value: (
-        device.put(0x60FF, 0, 500, 4) if index == 0x60FF else follow(index, sub, value)
+        device.put(0x60FF, 0, 500) if index == 0x60FF else follow(index, sub, value)
     )
     with pytest.raises(NotTaken):
         enable_drive(sdo, no_wait)
-    assert device.objects[0x6041, 0][0] == SWITCH_ON_DISABLED
+    assert device.status == SWITCH_ON_DISABLED
 
 
 @pytest.mark.parametrize(
@@ -90,16 +90,15 @@ def test_a_transition_that_does_not_happen_is_named_after_two_seconds(drive, sta
     waits = []
     with pytest.raises(DriveError, match=expected) as caught:
         enable_drive(sdo, waits.append)
-    assert caught.value.status == device.objects[0x6041, 0][0]
+    assert caught.value.status == device.status
     assert sum(waits) == pytest.approx(2.0)
     assert min(waits) > 0.0
 
 
 def test_a_fault_is_reset_once_the_reaction_to_it_is_over(drive):
     device, sdo = drive(FAULT_REACTION)
-    status = device.objects[0x6041, 0]
-    enable_drive(sdo, lambda _seconds: status.__setitem__(0, FAULT))
-    assert status[0] == ENABLED
+    enable_drive(sdo, lambda _seconds: setattr(device, "status", FAULT))
+    assert device.status == ENABLED
 
 
 def test_a_drive_that_is_slow_is_waited_for(drive):
@@ -110,17 +109,15 @@ def test_a_drive_that_is_slow_is_waited_for(drive):
     def pump(seconds):
         waits.append(seconds)
         if len(waits) == POLLS // 2:
-            device.objects[0x6041, 0][0] = ENABLED
+            device.status = ENABLED
 
     enable_drive(sdo, pump)
-    assert device.objects[0x6041, 0][0] == ENABLED
+    assert device.status == ENABLED
 
 
 def test_another_mode_of_operation_is_an_error(drive):
     device, sdo = drive(SWITCH_ON_DISABLED)
-    device.put(0x6061, 0, 1, 1)
-    follow = device.on_write
-    device.on_write = lambda index, sub, value: index == 0x6060 or follow(index, sub, value)
+    device._read_callbacks.insert(0, lambda index, **_: 1 if index == 0x6061 else None)
     with pytest.raises(DriveError, match="6061h shows 1") as caught:
         enable_drive(sdo, no_wait)
     assert caught.value.status == ENABLED
@@ -129,7 +126,7 @@ def test_another_mode_of_operation_is_an_error(drive):
 def test_disabling_takes_the_torque_away(drive):
     device, sdo = drive(ENABLED)
     disable_drive(sdo)
-    assert device.objects[0x6041, 0][0] == READY
+    assert device.status == READY
 
 
 def test_a_refused_control_word_is_an_error(drive):

@@ -74,9 +74,8 @@ def test_a_node_with_an_eds_is_read_with_the_sizes_of_its_eds(kit):
     dictionary, variable = ObjectDictionary(), ODVariable("vendor's object", 0x2000, 0)
     variable.data_type = UNSIGNED16
     dictionary.add_object(variable)
-    device = kit.encoder_device(1)
-    device.put(0x2000, 0, 0, 2)
+    device = kit.encoder_device(1, (0x2000, 0, UNSIGNED16, "rw", 0))
     network = BusNetwork(kit.FakeBus([device]), kit.FakeClock())
     network.sdo(1, {1: dictionary}).put(0x2000, 0, 7)
-    assert device.objects[0x2000, 0] == [7, 2]
+    assert device.number(0x2000) == 7
     assert len([data for can_id, data in network.can_bus.sent if data[0] & 0xE0 == 0x20]) == 1

@@ -3,6 +3,7 @@
 from itertools import product
 
 import pytest
+from canopen.objectdictionary import UNSIGNED32
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -74,12 +75,11 @@ def test_of_a_drive_only_the_presence_is_checked(kit):
 
 
 def test_an_encoder_reports_the_optional_objects_that_it_has(kit):
-    device, configuration = kit.encoder_device(1), NodeConfiguration(1, ("a.left",))
-    device.put(0x6001, 0, 3000, 4)
-    device.put(0x6509, 0, 12, 4)
+    objects = [(0x6001, 0, UNSIGNED32, "ro", 3000), (0x6509, 0, UNSIGNED32, "ro", 12)]
+    device, configuration = kit.encoder_device(1, *objects), NodeConfiguration(1, ("a.left",))
     wheel = kit.wheel_encoder("a.left", 1, counts_per_turn=40000)
     read_encoder(kit.sdo([device])[0], [wheel], configuration)
-    assert configuration.encoder_objects == {0x6001: 3000, 0x6500: 0, 0x6509: 12}
+    assert configuration.encoder_objects == {0x6000: 0, 0x6001: 3000, 0x6500: 0, 0x6509: 12}
     assert any("preset" in remark for remark in configuration.remarks)
     assert any("offset 6509h = 12" in remark for remark in configuration.remarks)
     assert any("is no multiple of the 3000 units per turn" in remark for remark in configuration.remarks)
@@ -93,9 +93,9 @@ def test_the_period_is_within_the_bounds_afterwards_and_only_changed_where_it_wa
     kit, before, wanted, longest
 ):
     device, configuration = kit.encoder_device(1), NodeConfiguration(1, ("a.left",))
-    device.objects[0x1017, 0][0] = before
+    device.put(0x1017, 0, before)
     set_heartbeat(kit.sdo([device])[0], configuration, wanted, longest)
-    after = device.objects[0x1017, 0][0]
+    after = device.number(0x1017)
     assert SHORTEST_MS <= after <= longest
     assert configuration.heartbeat == after / 1000.0
     assert (after == before) == (SHORTEST_MS <= before <= longest)
@@ -105,7 +105,7 @@ def test_the_period_is_within_the_bounds_afterwards_and_only_changed_where_it_wa
 @pytest.mark.parametrize(("before", "period"), [(0, None), (5, 0.005), (5000, 5.0)])
 def test_a_refusal_leaves_the_period_as_it_is_with_a_remark(kit, before, period):
     device, configuration = kit.encoder_device(1), NodeConfiguration(1, ("a.left",))
-    device.objects[0x1017, 0][0] = before
+    device.put(0x1017, 0, before)
     device.refuse[0x1017, 0] = 0x06010002
     set_heartbeat(kit.sdo([device])[0], configuration)
     assert configuration.heartbeat == period
@@ -114,7 +114,7 @@ def test_a_refusal_leaves_the_period_as_it_is_with_a_remark(kit, before, period)
 
 def test_a_device_without_a_heartbeat_is_remarked(kit):
     device, configuration = kit.encoder_device(1), NodeConfiguration(1, ("a.left",))
-    del device.objects[0x1017, 0]
+    del device.object_dictionary[0x1017]
     set_heartbeat(kit.sdo([device])[0], configuration)
     assert configuration.heartbeat is None
     assert "1017h" in configuration.remarks[0]

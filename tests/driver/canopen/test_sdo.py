@@ -1,12 +1,14 @@
-"""Objects as numbers: what is put is read back, on two independent SDO servers."""
+"""Objects as numbers: what is put is read back, on canopen's own SDO server."""
 
 import pytest
+from canopen.objectdictionary import UNSIGNED32
 from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.driver.canopen.dictionary import VARIABLES, standard_dictionary
 from omnimate.driver.canopen.sdo import MAX_RESPONSES, TRIES
 from omnimate.driver.errors import NotTaken, SdoRefused, SdoSilent
+from tests.foreign.devices import ForeignNode
 
 
 @pytest.fixture
@@ -19,29 +21,20 @@ def sdo(kit, device):
     return kit.sdo([device])[0]
 
 
-def bits_of(index):
-    return len(standard_dictionary()[index])
-
-
 @given(index=st.sampled_from(sorted(VARIABLES)), value=st.integers(-(2**31), 2**32 - 1))
 def test_what_is_put_is_read_back_as_an_unsigned_number(kit, index, value):
-    size = bits_of(index) // 8
-    fake, local = kit.encoder_device(1), kit.LocalDevice(1)
-    fake.put(index, 0, 0, size)
-    for device in (fake, local):
-        sdo, _ = kit.sdo([device])
-        sdo.put(index, 0, value)
-        assert sdo.read(index) == value % 2 ** (8 * size)
+    dictionary = standard_dictionary()
+    sdo, _ = kit.sdo([ForeignNode(1, described=dictionary)])
+    sdo.put(index, 0, value)
+    assert sdo.read(index) == value % 2 ** len(dictionary[index])
 
 
-def test_an_object_that_is_missing_is_none_for_find_and_an_error_for_read(kit):
-    for device in (kit.encoder_device(1), kit.LocalDevice(1)):
-        sdo, _ = kit.sdo([device])
-        assert sdo.find(0x2F00) is None
-        with pytest.raises(SdoRefused) as caught:
-            sdo.read(0x2F00, 3)
-        assert (caught.value.node, caught.value.index, caught.value.subindex) == (1, 0x2F00, 3)
-        assert caught.value.abort_code == 0x06020000
+def test_an_object_that_is_missing_is_none_for_find_and_an_error_for_read(sdo):
+    assert sdo.find(0x2F00) is None
+    with pytest.raises(SdoRefused) as caught:
+        sdo.read(0x2F00, 3)
+    assert (caught.value.node, caught.value.index, caught.value.subindex) == (1, 0x2F00, 3)
+    assert caught.value.abort_code == 0x06020000
 
 
 @given(code=st.integers(0, 2**32 - 1))
@@ -54,21 +47,21 @@ def test_an_object_that_refuses_to_be_read_with_any_abort_code_is_none_for_find(
         sdo.read(0x6004)
 
 
-writes = st.lists(st.tuples(st.sampled_from([0x1005, 0x1017, 0x6509]), st.integers(0, 2**16 - 1)))
+INDICES = [0x1005, 0x1017, 0x6509]
+writes = st.lists(st.tuples(st.sampled_from(INDICES), st.integers(0, 2**16 - 1)))
 
 
 @given(written=writes)
 def test_a_block_that_fails_puts_back_all_that_it_wrote(kit, written):
-    device = kit.encoder_device(1)
-    device.put(0x6509, 0, 7, 4)
+    device = kit.encoder_device(1, (0x6509, 0, UNSIGNED32, "rw", 7))
     sdo, _ = kit.sdo([device])
-    before = {key: tuple(entry) for key, entry in device.objects.items()}
+    before = [device.number(index) for index in INDICES]
     with pytest.raises(SdoRefused), sdo.restoring():
         put_all(sdo, [*written, (0x2F00, 1)])  # the last object does not exist
-    assert {key: tuple(entry) for key, entry in device.objects.items()} == before
+    assert [device.number(index) for index in INDICES] == before
     with sdo.restoring():
         put_all(sdo, written)
-    assert all(device.objects[index, 0][0] == value for index, value in dict(written).items())
+    assert all(device.number(index) == value for index, value in dict(written).items())
 
 
 def put_all(sdo, written):
@@ -82,14 +75,14 @@ def test_an_object_that_holds_its_value_already_is_not_written(device, sdo):
     assert device.writes == []
 
 
-def test_an_object_of_another_size_is_written_in_the_size_of_the_device(device, sdo):
-    device.put(0x1017, 0, 0, 4)
-    sdo.write(0x1017, 0, 500)
-    assert device.objects[0x1017, 0] == [500, 4]
+def test_an_object_of_another_size_is_written_in_the_size_of_the_device(kit):
+    device = kit.encoder_device(1, (0x1017, 0, UNSIGNED32, "rw", 0))
+    kit.sdo([device])[0].write(0x1017, 0, 500)
+    assert device.get_data(0x1017, 0) == b"\xf4\x01\0\0"
 
 
 def test_a_value_that_is_confirmed_and_not_kept_is_an_error_with_both_values(device, sdo):
-    device.on_write = lambda *_write: device.put(0x1017, 0, 250, 2)
+    device.on_write = lambda *_write: device.put(0x1017, 0, 250)
     with pytest.raises(NotTaken) as caught:
         sdo.put(0x1017, 0, 500)
     assert (caught.value.wrote, caught.value.reads) == (500, 250)
@@ -97,7 +90,7 @@ def test_a_value_that_is_confirmed_and_not_kept_is_an_error_with_both_values(dev
 
 @pytest.mark.usefixtures("_impatient")
 def test_a_silent_node_is_asked_three_times(kit, device):
-    device.mute = True
+    device.power_off()
     sdo, network = kit.sdo([device])
     with pytest.raises(SdoSilent) as caught:
         sdo.read(0x1000)

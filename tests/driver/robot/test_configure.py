@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from canopen.objectdictionary import UNSIGNED32
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,11 +20,11 @@ def device(kit):
 
 def test_a_factory_fresh_encoder_answers_sync_afterwards(kit, device):
     report, bus = kit.configure(device)
-    assert device.objects[0x1800, 1][0] == 0x40000181
-    assert device.objects[0x1800, 2][0] == 1
-    assert device.objects[0x1A00, 0][0] == 1
-    assert device.objects[0x1A00, 1][0] == 0x60040020
-    assert device.objects[0x1017, 0][0] == 500
+    assert device.number(0x1800, 1) == 0x40000181
+    assert device.number(0x1800, 2) == 1
+    assert device.number(0x1A00) == 1
+    assert device.number(0x1A00, 1) == 0x60040020
+    assert device.number(0x1017) == 500
     assert report.lengths == {0x181: 4}
     assert report.heartbeat == 0.5
     assert "TPDO1 181h type 1 maps 6004h:00 32 bits" in report.changed
@@ -43,10 +44,10 @@ def test_a_pdo_is_mapped_in_the_order_of_cia_301_and_keeps_bit_30(kit, device):
 
 
 def test_inhibit_time_and_event_timer_are_cleared(kit, device):
-    device.objects[0x1800, 3][0] = 100
-    device.objects[0x1800, 5][0] = 50
+    device.put(0x1800, 3, 100)
+    device.put(0x1800, 5, 50)
     kit.configure(device)
-    assert device.objects[0x1800, 3][0] == device.objects[0x1800, 5][0] == 0
+    assert device.number(0x1800, 3) == device.number(0x1800, 5) == 0
 
 
 def test_a_device_that_is_right_already_is_left_alone(kit, device):
@@ -59,16 +60,16 @@ def test_a_device_that_is_right_already_is_left_alone(kit, device):
 
 
 def test_a_tpdo_that_only_fills_the_bus_is_switched_off(kit, device):
-    device.objects[0x1801, 1][0] = 0x281
+    device.put(0x1801, 1, 0x281)
     report, _ = kit.configure(device)
-    assert device.objects[0x1801, 1][0] == 0x80000281
+    assert device.number(0x1801, 1) == 0x80000281
     assert "TPDO2 281h switched off" in report.changed
 
 
 def test_tpdo2_is_used_where_no_tpdo_has_the_cob_id(kit, device):
     kit.configure(device, cob_id=0x1A1)
-    assert device.objects[0x1801, 1][0] & 0x800007FF == 0x1A1
-    assert device.objects[0x1800, 1][0] >> 31
+    assert device.number(0x1801, 1) & 0x800007FF == 0x1A1
+    assert device.number(0x1800, 1) >> 31
 
 
 @pytest.mark.parametrize("key", ["vendor", "product", "serial"])
@@ -80,22 +81,22 @@ def test_another_identity_is_refused_before_anything_is_written(kit, device, key
 
 
 def test_a_device_without_a_profile_is_taken_with_a_remark(kit, device):
-    device.objects[0x1000, 0][0] = 0
+    device.put(0x1000, 0, 0)
     report, _ = kit.configure(device)
     assert any("1000h states profile 0" in remark for remark in report.remarks)
 
 
-def test_650bh_stands_in_for_a_missing_serial_number(kit, device):
-    del device.objects[0x1018, 4]
-    device.put(0x650B, 0, 77, 4)
+def test_650bh_stands_in_for_a_missing_serial_number(kit):
+    device = kit.encoder_device(1, (0x650B, 0, UNSIGNED32, "ro", 77))
+    del device.object_dictionary[0x1018][4]
     report, _ = kit.configure(device, serial=77)
     assert any("650Bh" in remark for remark in report.remarks)
 
 
 def test_a_device_that_produces_sync_itself_is_silenced(kit, device):
-    device.objects[0x1005, 0][0] = 0x40000080
+    device.put(0x1005, 0, 0x40000080)
     report, _ = kit.configure(device)
-    assert device.objects[0x1005, 0][0] == 0x80
+    assert device.number(0x1005) == 0x80
     assert any("1005h" in change for change in report.changed)
 
 
@@ -110,26 +111,26 @@ def two_on_one(kit, **changes):
 
 def test_two_channels_of_one_encoder_are_6020h_in_order(kit, device):
     report, _ = kit.configure(device, two_on_one(kit))
-    assert [device.objects[0x1A00, n][0] for n in (0, 1, 2)] == [2, 0x60200120, 0x60200220]
+    assert [device.number(0x1A00, n) for n in (0, 1, 2)] == [2, 0x60200120, 0x60200220]
     assert report.lengths == {0x181: 8}
 
 
 def test_two_axes_of_one_drive_are_6064h_and_6864h(kit):
     device = kit.drive_device(1)
     kit.configure(device, two_on_one(kit, profile="cia402"))
-    assert [device.objects[0x1A00, n][0] for n in (0, 1, 2)] == [2, 0x60640020, 0x68640020]
+    assert [device.number(0x1A00, n) for n in (0, 1, 2)] == [2, 0x60640020, 0x68640020]
 
 
 def test_a_gap_is_filled_with_the_status_word(kit, device):
     report, _ = kit.configure(device, start_bit=24)
-    assert [device.objects[0x1A00, n][0] for n in range(4)] == [3, 0x65000010, 0x10010008, 0x60040020]
+    assert [device.number(0x1A00, n) for n in range(4)] == [3, 0x65000010, 0x10010008, 0x60040020]
     assert report.lengths == {0x181: 7}
 
 
 def test_a_gap_is_filled_with_a_dummy_where_the_status_cannot_be_mapped(kit, device):
     device.refuse[0x1A00, 1, 0x65000010] = 0x06040041
     kit.configure(device, start_bit=16)
-    assert [device.objects[0x1A00, n][0] for n in range(3)] == [2, 0x00060010, 0x60040020]
+    assert [device.number(0x1A00, n) for n in range(3)] == [2, 0x00060010, 0x60040020]
 
 
 @pytest.mark.parametrize(
@@ -147,9 +148,9 @@ def test_a_gap_is_filled_with_a_dummy_where_the_status_cannot_be_mapped(kit, dev
 )
 def test_the_wrap_range_is_chosen_per_node_and_stated(kit, device, reported, stated, chosen, words):
     if reported is None:
-        del device.objects[0x6002, 0]
+        del device.object_dictionary[0x6002]
     else:
-        device.objects[0x6002, 0][0] = reported
+        device.put(0x6002, 0, reported)
     vehicle = kit.one_truck(range=stated)
     report, _ = kit.configure(device, vehicle)
     assert report.ranges == {"a.left": chosen}

@@ -45,9 +45,9 @@ def configured(kit, device):
 
 def maps(device, number, *entries):
     """Let an RPDO of a device carry some objects."""
-    device.put(0x1600 + number, 0, len(entries), 1)
+    device.put(0x1600 + number, 0, len(entries))
     for place, entry in enumerate(entries, 1):
-        device.put(0x1600 + number, place, entry, 4)
+        device.put(0x1600 + number, place, entry)
 
 
 def test_what_was_read_and_changed_is_listed_and_a_second_time_nothing_is_written(device, configured):
@@ -65,9 +65,10 @@ def test_what_was_read_and_changed_is_listed_and_a_second_time_nothing_is_writte
 def test_a_status_word_at_changes_suffices_only_with_a_heartbeat_that_shows_that_the_drive_is_there(
     device, configured, heartbeat, is_timely
 ):
-    del device.objects[0x1017, 0]
-    if heartbeat is not None:
-        device.put(0x1017, 0, heartbeat, 2)
+    if heartbeat is None:
+        del device.object_dictionary[0x1017]
+    else:
+        device.put(0x1017, 0, heartbeat)
         device.refuse[0x1017, 0] = REFUSED
     configuration, source, _ = configured()
     assert source.is_timely is is_timely
@@ -77,7 +78,7 @@ def test_a_status_word_at_changes_suffices_only_with_a_heartbeat_that_shows_that
 @pytest.mark.parametrize("kind", [254, 255])
 def test_an_rpdo_that_counts_as_soon_as_it_comes_stays_as_it_is(device, configured, kind):
     maps(device, 0, VELOCITY)
-    device.objects[0x1400, 2][0] = kind
+    device.put(0x1400, 2, kind)
     configuration, _, _ = configured()
     assert configuration.changed == FRESH[1:]
     assert not any(0x1400 <= index < 0x1800 for index, _, _ in device.writes)
@@ -85,7 +86,7 @@ def test_an_rpdo_that_counts_as_soon_as_it_comes_stays_as_it_is(device, configur
 
 @pytest.mark.parametrize("kind", [1, 254])
 def test_a_target_that_counts_from_sync_on_is_remarked(device, configured, kind):
-    device.objects[0x1400, 2][0] = 1
+    device.put(0x1400, 2, 1)
     device.refuse[0x1400, 2, 255] = REFUSED
     if kind == 1:
         device.refuse[0x1400, 2, 254] = REFUSED
@@ -110,7 +111,7 @@ def test_a_target_behind_a_control_word_stays_there_and_a_wrong_start_bit_is_rem
 @pytest.mark.parametrize(("owner", "chosen"), [(0, 0x1400), (1, 0x1401), (None, 0x1400)])
 def test_the_rpdo_that_has_the_cob_id_is_taken_else_the_first(device, configured, owner, chosen):
     for number in range(2):
-        device.objects[0x1400 + number, 1][0] = 0x211 if number == owner else 0x351 + number
+        device.put(0x1400 + number, 1, 0x211 if number == owner else 0x351 + number)
     configuration, _, _ = configured()
     assert configuration.changed[0] == f"RPDO{chosen - 0x13FF} 211h type 255 maps 60FFh:00 32 bits"
 
@@ -127,28 +128,28 @@ def test_the_rpdo_that_has_the_cob_id_is_taken_else_the_first(device, configured
     ],
 )
 def test_a_status_word_at_every_change_gets_an_inhibit_time(device, configured, kind, inhibit, becomes):
-    device.objects[0x1800, 2][0] = kind
-    device.objects[0x1800, 3][0] = inhibit
+    device.put(0x1800, 2, kind)
+    device.put(0x1800, 3, inhibit)
     configuration, source, _ = configured()
     assert source.is_timely
-    assert device.objects[0x1800, 3][0] == becomes
-    assert device.objects[0x1800, 1][0] == 0x191
+    assert device.number(0x1800, 3) == becomes
+    assert device.number(0x1800, 1) == 0x191
     words = f"inhibit time of TPDO1: {inhibit} to {LONGEST_INHIBIT} x 100 us"
     assert (words in configuration.changed) == (inhibit != becomes)
 
 
 def test_a_tpdo_without_inhibit_time_one_that_is_off_and_an_encoders_stay_as_they_are(device, configured):
-    del device.objects[0x1800, 3]
-    configured()
-    device.put(0x1800, 3, 0, 2)
     configured(encoder_cob_ids={0x191})
-    device.objects[0x1800, 1][0] |= 1 << 31
+    device.put(0x1800, 1, 0x80000191)
+    configured()
+    device.put(0x1800, 1, 0x191)
+    del device.object_dictionary[0x1800][3]
     configured()
     assert not any(index == 0x1800 for index, _, _ in device.writes)
 
 
 def test_a_tpdo_without_status_word_is_remarked_and_stays_as_it_is(device, configured):
-    device.objects[0x1A00, 1][0] = POSITION
+    device.put(0x1A00, 1, POSITION)
     configuration, source, _ = configured()
     assert configuration.remarks == ["TPDO1 191h type 255 maps 6064h:00 32 bits; its frames count as unknown"]
     assert (source.fields, source.is_timely) == ((), False)
@@ -160,7 +161,7 @@ def test_a_status_word_is_switched_off_for_its_inhibit_time_and_on_again(device,
     device.refuse[0x1800, 3] = REFUSED
     configuration, _, _ = configured()
     assert configuration.remarks[0].startswith("inhibit time of TPDO1 stays: ")
-    assert device.objects[0x1800, 1][0] == 0x191
+    assert device.number(0x1800, 1) == 0x191
     device.refuse.clear()
     configured()
     off, on = (0x1800, 1, 0x80000191), (0x1800, 1, 0x191)
@@ -175,7 +176,7 @@ def test_a_status_word_that_cannot_be_switched_off_stays_as_it_is(device, config
 
 
 def test_a_watchdog_that_the_drive_lacks_is_remarked(device, configured):
-    del device.objects[0x1016, 1]
+    del device.object_dictionary[0x1016]
     configuration, _, _ = configured()
     assert configuration.remarks[0].startswith("the drive's own watchdog is incomplete: ")
     assert configuration.changed == [*FRESH[:3], FRESH[4]]

@@ -1,6 +1,7 @@
 import sys
 
 import pytest
+from canopen.objectdictionary import UNSIGNED32
 
 from omnimate.driver.errors import BusError
 from omnimate.driver.robot import driver as module
@@ -31,7 +32,7 @@ def test_samples_yields_one_per_sync(kit):
 def test_a_muted_node_is_missing_and_said_to_be_silent(kit):
     driver, bus = kit.configured()
     driver.cycle()
-    bus.devices[1].mute = True
+    bus.devices[1].power_off()
     for _ in range(5):
         assert driver.cycle().present == (False, True)
     report = driver.report()
@@ -69,13 +70,6 @@ def test_an_endless_queue_does_not_stop_sync(kit, monkeypatch):
     assert driver.cycle().present == (False, False)
 
 
-def reboot(bus, node):
-    fresh = bus.devices[node].boot()
-    bus.devices[node].objects[0x1800, 2][0] = 254
-    bus.devices[node].position = 0
-    bus.queue.extend(fresh)
-
-
 @pytest.fixture
 def threads_take_turns():
     """Let threads take turns after 10 us instead of 5 ms, so that few cycles pass in each dialogue."""
@@ -93,7 +87,7 @@ def test_a_rebooted_node_is_configured_again_and_its_wheel_goes_on(kit, inline):
     for device in bus.devices.values():
         device.position = 5000
     driver.cycle()
-    reboot(bus, 1)
+    bus.devices[1].reset()
     for _ in range(200_000):
         sample = driver.cycle()
         if sample.present == (True, True):
@@ -113,8 +107,8 @@ def test_a_rebooted_node_is_configured_again_and_its_wheel_goes_on(kit, inline):
 def test_sync_goes_on_while_a_node_is_configured_in_the_background(kit):
     driver, bus = kit.configured(clock=kit.FakeClock(inline=False))
     driver.cycle()
-    reboot(bus, 1)
-    bus.devices[1].mute = True
+    bus.devices[1].reset()
+    bus.devices[1].power_off()
     for _ in range(20):
         assert driver.cycle().present[1]
     driver.close()
@@ -124,14 +118,14 @@ def test_sync_goes_on_while_a_node_is_configured_in_the_background(kit):
 def test_a_node_that_cannot_be_configured_is_tried_again_with_pauses(kit):
     driver, bus = kit.configured()
     driver.cycle()
-    reboot(bus, 1)
-    bus.devices[1].mute = True
+    bus.devices[1].reset()
+    bus.devices[1].power_off()
     for _ in range(100):
         driver.cycle()
     failed = [event for event in driver.report().events if "could not be configured" in event.what]
     assert [event.node for event in failed] == [1]
     assert failed[0].count == 3
-    bus.devices[1].mute = False
+    bus.devices[1].is_powered = True
     for _ in range(200):
         sample = driver.cycle()
     assert sample.present == (True, True)
@@ -150,12 +144,13 @@ def test_two_heartbeats_that_are_not_operational_mean_a_lost_configuration(kit):
 
 
 def test_a_preset_during_the_drive_is_reported(kit):
-    driver, bus = kit.driver_and_bus()
-    bus.devices[1].put(0x6509, 0, 0, 4)
+    offset = (0x6509, 0, UNSIGNED32, "rw", 0)
+    bus = kit.FakeBus([kit.encoder_device(1, offset), kit.encoder_device(2)])
+    driver = Driver(kit.one_truck(), bus, clock=kit.FakeClock())
     driver.configure()
     driver.cycle()
-    bus.devices[1].objects[0x6509, 0][0] = 99
-    reboot(bus, 1)
+    bus.devices[1].reset()
+    bus.devices[1].put(0x6509, 0, 99)
     driver.cycle()
     assert (1, "6509h was 0, is 99: preset, or another device?") in words(driver)
 
@@ -224,7 +219,7 @@ def test_a_frozen_wheel_is_remarked_when_the_other_one_turns(kit):
 
 def test_an_encoder_with_another_range_is_unwrapped_by_it(kit):
     driver, bus = kit.driver_and_bus()
-    bus.devices[1].objects[0x6002, 0][0] = 4095
+    bus.devices[1].put(0x6002, 0, 4095)
     driver.configure()
     assert driver.vehicle.encoder("a.left").wrap_range == 4096
     bus.devices[1].position = 4090

@@ -67,10 +67,10 @@ def test_enable_goes_through_the_states_in_order_at_speed_zero(robot):
     steps = [(index, value) for index, _, value in device.writes if index in {0x6040, 0x6060, 0x60FF}]
     assert steps == [(0x60FF, 0), (0x6060, 3), (0x6040, 0x06), (0x6040, 0x07), (0x6040, 0x0F)]
     assert device.state == 5
-    assert device.objects[0x1600, 1][0] == 0x60FF0020
-    assert device.objects[0x1400, 2][0] == 255
-    assert device.objects[0x1016, 1][0] == 127 << 16 | 500
-    assert device.objects[0x6007, 0][0] == 3
+    assert device.number(0x1600, 1) == 0x60FF0020
+    assert device.number(0x1400, 2) == 255
+    assert device.number(0x1016, 1) == 127 << 16 | 500
+    assert device.number(0x6007) == 3
     assert [node.names for node in report] == [("drive of a.left",), ("drive of a.right",)]
     assert (0x000, b"\x80\x11") in bus.sent, "its mapping changes in pre-operational only"
     assert targets(bus, 0x211) == targets(bus, 0x212) == [0]
@@ -108,7 +108,7 @@ def test_a_control_word_in_the_pdo_gives_torque_only_while_the_drives_are_enable
 
 def test_an_error_that_an_enabled_drive_still_has_is_logged(robot):
     driver, bus = robot
-    bus.devices[18].put(0x1001, 0, 0x10, 1)
+    bus.devices[18].put(0x1001, 0, 0x10)
     driver.enable()
     found = [(node, what) for node, what in words(driver) if "1001h = 10h" in what]
     assert [node for node, _ in found] == [18]
@@ -123,7 +123,7 @@ def test_how_long_a_drive_takes_to_answer_for_its_status_word_is_measured(robot)
         return answers
 
     bus.change = slow
-    bus.devices[18].objects[0x1A00, 1][0] = 0x60640020  # no TPDO brings it
+    bus.devices[18].put(0x1A00, 1, 0x60640020)  # no TPDO brings it
     driver.enable()
     found = [(node, what) for node, what in words(driver) if "answers for 6041h after 0.1 s" in what]
     assert [node for node, _ in found] == [18]
@@ -138,7 +138,7 @@ def test_an_answer_that_is_lost_right_after_enable_stops_nothing(enabled):
 
 def test_a_drive_that_stays_in_a_state_is_an_error_with_its_status(robot):
     driver, bus = robot
-    bus.devices[17].on_write = None
+    bus.devices[17].on_write = lambda *_write: None
     with pytest.raises(DriveError, match="ready to switch on") as caught:
         driver.enable()
     assert (caught.value.node, caught.value.status) == (17, 0x0240)
@@ -158,8 +158,8 @@ def test_a_restart_before_a_drive_is_configured_does_not_stop_what_is_enabled_th
 
 def test_a_drive_that_the_driver_makes_pre_operational_has_lost_nothing(kit, enabled):
     driver, bus = enabled
-    bus.devices[17].objects[0x1017, 0][0] = 0
-    bus.devices[17].objects[0x1016, 1][0] = 0
+    bus.devices[17].put(0x1017, 0, 0)
+    bus.devices[17].put(0x1016, 1, 0)
     sends_at_writes(bus, 17, range(0x1000, 0x2000), kit.frame(0x711, b"\x7f"))  # while it is configured
     driver.enable()
     driver.cycle()
@@ -190,7 +190,7 @@ def test_an_emergency_of_an_encoder_stops_nothing(kit, enabled):
 @pytest.mark.usefixtures("_impatient")
 def test_a_missing_drive_is_named(robot):
     driver, bus = robot
-    bus.devices[18].mute = True
+    bus.devices[18].power_off()
     with pytest.raises(NodeMissing, match=r"drive of a\.right"):
         driver.enable()
 
@@ -291,10 +291,10 @@ def test_our_heartbeat_goes_on_after_disable_and_no_torque_is_commanded(kit, ena
 @pytest.mark.usefixtures("_impatient")
 def test_a_drive_that_cannot_be_disabled_is_logged_and_the_other_one_is_disabled(enabled):
     driver, bus = enabled
-    bus.devices[17].mute = True
+    bus.devices[17].power_off()
     driver.drives.disable()
     assert [node for node, what in words(driver) if "could not be disabled" in what] == [17]
-    assert bus.devices[18].objects[0x6040, 0][0] == 0x06
+    assert bus.devices[18].number(0x6040) == 0x06
 
 
 def test_our_heartbeat_goes_on_while_an_answer_is_awaited(enabled):
@@ -324,7 +324,7 @@ def test_close_stops_and_takes_the_torque_away(enabled):
     driver.command((1.0, 1.0))
     driver.close()
     assert targets(bus, 0x211)[-1] == 0
-    assert bus.devices[17].objects[0x6040, 0][0] == 0x06
+    assert bus.devices[17].number(0x6040) == 0x06
 
 
 def test_all_drives_get_a_quick_stop_and_those_in_nmt_state_stopped_are_brought_back_for_it(kit, enabled):
@@ -383,13 +383,12 @@ def test_a_bus_that_was_lost_leaves_the_drives_disabled(kit, monkeypatch):
     """They have missed our heartbeat and stopped by themselves; only `enable` starts them again."""
     drives = (kit.drive("a.left", 17), kit.drive("a.right", 18))
     devices = [kit.encoder_device(1), kit.encoder_device(2), kit.drive_device(17), kit.drive_device(18)]
-    buses = [kit.FakeBus(devices), kit.FakeBus(devices)]
-    monkeypatch.setattr(module, "open_bus", lambda *_arguments: buses[0])
+    monkeypatch.setattr(module, "open_bus", lambda *_arguments: kit.FakeBus(devices))
     with Driver(kit.one_truck(drives=drives), "virtual://fake", clock=kit.FakeClock()) as driver:
         driver.configure()
         driver.enable()
         driver.cycle()
-        buses.pop(0).is_dead = True
+        driver._network.can_bus.is_dead = True
         driver.cycle()
         with pytest.raises(DrivesStopped, match="the bus was lost"):
             driver.command((1.0, 1.0))

@@ -30,7 +30,7 @@ class Nodes(RuleBasedStateMachine):
         sample = self.driver.cycle()
         for node, is_present in zip(NODES, sample.present, strict=True):
             device = self.bus.devices[node]
-            is_answering = device.state == OPERATIONAL and not (device.mute or device.deaf_to_sync)
+            is_answering = device.state == OPERATIONAL and device.is_powered and device.hears_sync
             assert is_answering or not is_present
         report = self.driver.report()
         assert {node: report.node(node).emergencies for node in NODES} == self.emergencies
@@ -41,21 +41,19 @@ class Nodes(RuleBasedStateMachine):
         for _ in range(syncs):
             self.cycle()
 
-    @rule(node=NODE, is_mute=st.booleans())
-    def a_node_falls_silent_or_is_back(self, node, is_mute):
-        self.bus.devices[node].mute = is_mute
+    @rule(node=NODE, is_powered=st.booleans())
+    def a_node_falls_silent_or_is_back(self, node, is_powered):
+        self.bus.devices[node].is_powered = is_powered
 
-    @rule(node=NODE, is_deaf=st.booleans())
-    def a_node_misses_sync_or_hears_it_again(self, node, is_deaf):
-        self.bus.devices[node].deaf_to_sync = is_deaf
+    @rule(node=NODE, hears_sync=st.booleans())
+    def a_node_misses_sync_or_hears_it_again(self, node, hears_sync):
+        self.bus.devices[node].hears_sync = hears_sync
 
     @rule(node=NODE)
     def a_node_boots(self, node):
-        device = self.bus.devices[node]
         restarts = self.driver.report().node(node).restarts
         was_running = self.driver._supervision.nodes[node].is_running
-        device.objects[0x1800, 2][0] = 254
-        self.bus.queue.extend(device.boot())
+        self.bus.devices[node].reset()
         self.cycle()
         assert self.driver.report().node(node).restarts == restarts + was_running
 
@@ -66,8 +64,8 @@ class Nodes(RuleBasedStateMachine):
         if device.state == OPERATIONAL:
             self.bus.queue.append(self.kit.frame(0x700 + node, bytes([OPERATIONAL])))
             self.cycle()
-            device.objects[0x1800, 2][0] = 254
-            device.boot()
+            device.reset()
+            self.bus.queue.clear()
 
     @rule(node=NODE, state=st.sampled_from([PRE_OPERATIONAL, STOPPED]))
     def a_node_leaves_operation(self, node, state):
@@ -86,7 +84,7 @@ class Nodes(RuleBasedStateMachine):
     @rule()
     def all_nodes_answer_again(self):
         for device in self.bus.devices.values():
-            device.mute = device.deaf_to_sync = False
+            device.is_powered = device.hears_sync = True
         assert any(all(self.cycle().present) for _ in range(RECOVERY_SYNCS))
 
     def teardown(self):

@@ -50,7 +50,7 @@ def test_the_log_never_steps_backwards(kit, tmp_path_factory, times):
 def test_the_vehicle_file_holds_the_ranges_that_were_found(kit, tmp_path):
     recorder = Recorder(tmp_path, kit.one_truck())
     driver, bus = kit.driver_and_bus(recorder=recorder)
-    bus.devices[1].objects[0x6002, 0][0] = 4095
+    bus.devices[1].put(0x6002, 0, 4095)
     assert load_vehicle(tmp_path / "vehicle.toml").encoder("a.left").range is None
     driver.configure()
     recorder.close()
