@@ -85,6 +85,12 @@ class ForeignNode(canopen.LocalNode):
         self._event_pdos = None  # TPDOs that are sent at a change; None where they must be read again
         self._sent = {}
 
+    def _find_object(self, index, subindex):
+        variable = super()._find_object(index, subindex)
+        if variable.subindex != subindex:  # canopen takes any for an object without sub-indices
+            raise canopen.SdoAbortedError(0x06090011)
+        return variable
+
     def get_data(self, index, subindex, check_readable=False):
         """Return the bytes of an object, which may be refused to SDO: `check_readable`."""
         if check_readable and (index, subindex) in self.refuse_read:
