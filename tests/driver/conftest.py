@@ -213,6 +213,18 @@ def kit():
 
 
 @pytest.fixture
+def device():
+    """An encoder, node 1."""
+    return encoder_device(1)
+
+
+@pytest.fixture(name="sdo")
+def sdo_of_device(device):
+    """The objects of the encoder."""
+    return sdo([device])[0]
+
+
+@pytest.fixture
 def _impatient(monkeypatch):
     """SDO time-outs that are over at once, for tests in which a node is silent."""
     timeout = property(lambda _client: 0.0, lambda _client, _seconds: None)  # whatever the vehicle says

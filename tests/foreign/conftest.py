@@ -50,12 +50,22 @@ def driver_on():
 
 
 @pytest.fixture
-def enabled(bench, driver_on):
-    """Return what makes a driver of `two_trucks`, enabled, which has driven so long [s], and its bus."""
+def begun(bench, driver_on):
+    """Return what makes a driver of `two_trucks`, or of another robot, not configured yet, and its bus."""
+
+    def make(nodes=None, robot=None, **options):
+        bus = bench(robots.devices() if nodes is None else nodes)
+        return driver_on(robot or robots.two_trucks(), bus, **options), bus
+
+    return make
+
+
+@pytest.fixture
+def enabled(begun):
+    """Return what makes such a driver, enabled, which has driven so long [s], and its bus."""
 
     def make(nodes=None, seconds=0.0):
-        bus = bench(robots.devices() if nodes is None else nodes)
-        driver = driver_on(robots.two_trucks(), bus)
+        driver, bus = begun(nodes)
         driver.configure()
         driver.enable()
         robots.drive(driver, seconds)

@@ -43,3 +43,24 @@ def devices(status=None, **habits):
         *encoders,
         *(FAMILY["drive"](FIRST_DRIVE + number, encoders[number], status, **habits) for number in range(4)),
     ]
+
+
+def rolling(bus, speed=0.3):
+    """Have all wheels roll on by themselves [m/s], as with drives of another bus."""
+    step = bus._step
+    last = bus.now
+
+    def stepped():
+        nonlocal last
+        for node in range(1, 5):
+            if bus.nodes[node].is_powered:
+                bus.nodes[node].position += speed * (bus.now - last) / 0.4712389 * 40000
+        last = bus.now
+        step()
+
+    bus._step = stepped
+
+
+def cycles(driver, seconds):
+    """Let the driver read for a time [s]; return the samples, None where there is none."""
+    return [driver.cycle() for _ in range(round(seconds / PERIOD))]

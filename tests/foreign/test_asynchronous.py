@@ -11,8 +11,7 @@ from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.odometry import Odometer
 from tests.foreign import robots
 from tests.foreign.devices import OPERATIONAL
-from tests.foreign.robots import devices, two_trucks
-from tests.foreign.test_restarts import rolling
+from tests.foreign.robots import devices, rolling, two_trucks
 
 pytestmark = pytest.mark.usefixtures("family")
 

@@ -20,8 +20,7 @@ from omnimate.vehicle.parameters import Bus
 from tests.driver.conftest import drive, one_truck, wheel_encoder
 from tests.foreign.bench import STEP
 from tests.foreign.devices import OPERATIONAL, DescribedNode
-from tests.foreign.robots import devices, foreign_encoder, two_trucks
-from tests.foreign.test_restarts import cycles
+from tests.foreign.robots import cycles, devices, foreign_encoder
 
 EDS = Path(__file__).parents[2] / "vcan_sim" / "eds"
 robot = partial(one_truck, period=0.015)
@@ -39,12 +38,11 @@ def encoder(family):
 
 
 @pytest.fixture
-def start(bench, driver_on, encoder):
+def start(begun, encoder):
     """Return what configures a robot with this encoder, and starts it; it gives what was written to it."""
 
     def run():
-        bus = bench([encoder, *devices()[1:]])
-        driver = driver_on(two_trucks(), bus)
+        driver, bus = begun([encoder, *devices()[1:]])
         report = driver.configure()
         requests = [data for _, can_id, data in bus.sent if can_id == 0x601 and data[0] >> 5 == DOWNLOAD]
         return driver, report.nodes[0], requests
@@ -269,11 +267,11 @@ def test_a_device_that_answers_after_400_ms_is_configured_and_asked_nothing_twic
 
 
 @pytest.mark.parametrize(("timeout", "is_in_time"), [(0.9, False), (1.1, True)])
-def test_how_long_an_answer_is_awaited_stands_in_vehicle_toml(bench, driver_on, timeout, is_in_time):
-    bus = bench([Device()])
+def test_how_long_an_answer_is_awaited_stands_in_vehicle_toml(begun, timeout, is_in_time):
+    driver, bus = begun([Device()], replace(robot(), bus=Bus(500_000, 0.015, timeout)))
     answer_late(bus, 1.0)
     with pytest.raises(NodeMissing, match="node 2"):  # node 1 answers
-        driver_on(replace(robot(), bus=Bus(500_000, 0.015, timeout)), bus).configure()
+        driver.configure()
     given_up = [data for _, can_id, data in bus.sent if can_id == 0x601 and data[0] == 0x80]
     assert bool(given_up) != is_in_time
 
@@ -298,7 +296,7 @@ class TimedDevice(Device):
 @pytest.mark.parametrize("skew", [0.99, 1.0, 1.01])
 @pytest.mark.parametrize("phase", [0.0, 0.002, 0.0045, 0.0069])
 @pytest.mark.parametrize("period", [0.010, 0.015, 0.040])
-def test_an_encoder_without_transmission_type_1_is_in_every_sample(bench, driver_on, phase, skew, period):
+def test_an_encoder_without_transmission_type_1_is_in_every_sample(begun, phase, skew, period):
     device = TimedDevice(phase, skew)
     device.take_only(255)
     encoders = (
@@ -306,7 +304,7 @@ def test_an_encoder_without_transmission_type_1_is_in_every_sample(bench, driver
         wheel_encoder("a.right", 1, cob_id=0x181, start_bit=16, bits=16),
     )
     device.map_pdo(0x1800, NO_RTR | 0x181, 255, 0x60200110, 0x60200210)
-    driver = driver_on(one_truck(encoders, period=period), bench([device]))
+    driver, _ = begun([device], one_truck(encoders, period=period))
     driver.configure()
     samples = [driver.cycle() for _ in range(400)]
     assert all(all(sample.present) for sample in samples)
@@ -355,14 +353,14 @@ def test_a_configuration_that_fails_anywhere_puts_back_what_it_had_changed(conne
         assert broken == (0x1A00, 2)  # is not needed for one entry
 
 
-def test_an_encoder_that_was_operational_is_operational_again_when_its_configuration_fails(bench, driver_on):
+def test_an_encoder_that_was_operational_is_operational_again_when_its_configuration_fails(begun):
     device = wrong_device()
     device.lock((0x1A00, 1))
     device.state = OPERATIONAL
-    bus = bench([device])
+    driver, bus = begun([device], robot())
     bus.inject(0x701, b"\x05")
     with pytest.raises(MappingImpossible):
-        driver_on(robot(), bus).configure()
+        driver.configure()
     assert device.state == OPERATIONAL
 
 

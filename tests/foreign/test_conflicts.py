@@ -7,8 +7,7 @@ import pytest
 from omnimate.driver.errors import DrivesStopped, TwoDevices
 from tests.driver.conftest import words
 from tests.foreign.devices import ForeignEncoder
-from tests.foreign.robots import devices, drive, foreign_encoder, two_trucks
-from tests.foreign.test_restarts import cycles, rolling
+from tests.foreign.robots import cycles, devices, drive, foreign_encoder, rolling
 
 
 def second_master(bus, period=0.02):
@@ -17,11 +16,11 @@ def second_master(bus, period=0.02):
 
 
 @pytest.mark.usefixtures("family")
-def test_two_devices_on_one_node_id_are_found_before_anything_is_set(bench, driver_on):
-    bus = bench(devices())
+def test_two_devices_on_one_node_id_are_found_before_anything_is_set(begun):
+    driver, bus = begun()
     bus.add(foreign_encoder(3))
     with pytest.raises(TwoDevices, match="node 3: each SDO request is answered twice") as caught:
-        driver_on(two_trucks(), bus).configure()
+        driver.configure()
     assert caught.value.node == 3
 
 
@@ -62,11 +61,10 @@ def test_an_encoder_that_never_answers_sync_ends_with_code_1(bench, record, opti
 
 
 @pytest.mark.usefixtures("family")
-def test_can_fd_frames_with_the_identifier_of_a_pdo_change_no_sample(bench, driver_on):
+def test_can_fd_frames_with_the_identifier_of_a_pdo_change_no_sample(begun):
     def run(is_forged):
-        bus = bench(devices())
+        driver, bus = begun()
         rolling(bus)
-        driver = driver_on(two_trucks(), bus)
         driver.configure()
         for number in range(40 if is_forged else 0):
             bus.at(0.0203 * number, lambda: bus.inject(0x181, bytes(4), is_fd=True))

@@ -20,12 +20,11 @@ QUICK_STOP_ACTIVE = 0x0207
 
 
 @pytest.fixture
-def driving(bench, driver_on):
+def driving(begun):
     """Return what makes a robot that drives, its drives with this mapping."""
 
     def make(*rpdo, robot=None, access="ro", **options):
-        bus = bench(devices("first", rpdo=rpdo, access=access))
-        driver = driver_on(robot or two_trucks(), bus, **options)
+        driver, bus = begun(devices("first", rpdo=rpdo, access=access), robot, **options)
         driver.configure()
         report = driver.enable()
         drive(driver, 1.0)

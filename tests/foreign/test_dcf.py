@@ -142,13 +142,13 @@ def robot_with(**changes):
 
 
 @pytest.fixture
-def configured(bench, driver_on, tmp_path):
+def configured(begun):
     """Return what configures a robot whose first encoder has a DCF, and gives that node's remarks."""
 
     def configure(path, more=(), **changes):
         robot = robot_with(eds=str(path), **changes)
         nodes = [ForeignEncoder(1, more=more), *devices()[1:7]]
-        driver = driver_on(robot, bench(nodes), descriptions=load_descriptions(robot))
+        driver, _ = begun(nodes, robot, descriptions=load_descriptions(robot))
         return driver.configure().nodes[0].remarks
 
     return configure
@@ -174,10 +174,10 @@ def test_an_object_that_the_description_does_not_have_is_told(configured, tmp_pa
     assert any("2041h:00 is not in it" in remark for remark in remarks)
 
 
-def test_a_position_of_a_vendor_is_mapped_and_read(bench, driver_on):
+def test_a_position_of_a_vendor_is_mapped_and_read(begun):
     objects = [(0x2041, sub, canopen.objectdictionary.UNSIGNED32, "ro", 40 * sub) for sub in (1, 2)]
     encoder = ForeignEncoder(1, more=objects)
-    driver = driver_on(robot_with(object="2041h:2"), bench([encoder, *devices()[1:7]]))
+    driver, _ = begun([encoder, *devices()[1:7]], robot_with(object="2041h:2"))
     driver.configure()
     assert encoder.number(0x1A00, 1) == 0x20410220
     assert driver.cycle().counts[0] == 80

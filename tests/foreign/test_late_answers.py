@@ -8,8 +8,7 @@ import pytest
 from omnimate.driver.robot.recorder import Recorder
 from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.odometry import Odometer, dead_reckon
-from tests.foreign.robots import devices, two_trucks
-from tests.foreign.test_restarts import cycles, rolling
+from tests.foreign.robots import cycles, rolling, two_trucks
 
 
 def hold_back(bus, node, syncs, release):
@@ -38,11 +37,10 @@ def hold_back(bus, node, syncs, release):
 @pytest.mark.usefixtures("family")
 @pytest.mark.parametrize("release", [0.0, 0.001, 0.004, 0.008, 0.013, 0.0149, 0.016, 0.02])
 @pytest.mark.parametrize("syncs", [1, 2, 21])
-def test_late_answers_in_a_burst_turn_no_heading(bench, driver_on, tmp_path, syncs, release):
-    bus = bench(devices())
-    rolling(bus)
+def test_late_answers_in_a_burst_turn_no_heading(begun, tmp_path, syncs, release):
     recorder = Recorder(tmp_path / "lap", two_trucks())
-    driver = driver_on(two_trucks(), bus, recorder=recorder)
+    driver, bus = begun(recorder=recorder)
+    rolling(bus)
     driver.configure()
     samples = cycles(driver, 0.3)
     hold_back(bus, 1, syncs, release)

@@ -8,7 +8,7 @@ import can
 import pytest
 
 from omnimate.driver.errors import BusLost, DrivesStopped
-from tests.foreign.robots import FIRST_DRIVE, devices, drive, two_trucks
+from tests.foreign.robots import FIRST_DRIVE, devices, drive
 
 
 @pytest.mark.usefixtures("family")
@@ -100,12 +100,11 @@ def test_error_frames_of_the_adapter_are_counted_and_change_no_sample(enabled):
 
 
 @pytest.mark.parametrize("is_late", [False, True])
-def test_an_emergency_of_an_enabled_drive_counts_also_while_the_others_are_enabled(bench, driver_on, is_late):
+def test_an_emergency_of_an_enabled_drive_counts_also_while_the_others_are_enabled(begun, is_late):
     """One that came before a drive was enabled tells of what enabling has reset."""
     nodes = devices()
-    bus = bench(nodes)
     first, last = nodes[-4], nodes[-1]
-    driver = driver_on(two_trucks(), bus)
+    driver, _ = begun(nodes)
     driver.configure()
     control = last._control
     sent = []
@@ -129,11 +128,10 @@ def test_an_emergency_of_an_enabled_drive_counts_also_while_the_others_are_enabl
 
 
 @pytest.mark.parametrize("register", [0x00, 0x09])
-def test_an_error_that_an_enabled_drive_still_has_is_told_and_it_drives(bench, driver_on, register):
+def test_an_error_that_an_enabled_drive_still_has_is_told_and_it_drives(begun, register):
     """EMCY without "error gone": operation enabled says that there is no fault, 1001h what else there is."""
     nodes = devices()
-    bus = bench(nodes)
-    driver = driver_on(two_trucks(), bus)
+    driver, _ = begun(nodes)
     driver.configure()
     nodes[-1].put(0x1001, 0, register)
     nodes[-1].emergency(0x4210)

@@ -11,39 +11,14 @@ from omnimate.files.recordings.folder import load_recording
 from omnimate.vehicle.odometry import Odometer
 from tests.driver.conftest import words
 from tests.foreign.devices import OPERATIONAL, STOPPED
-from tests.foreign.robots import devices, two_trucks
+from tests.foreign.robots import cycles, devices, rolling, two_trucks
 
 NODE = 1  # the encoder of a.left
 
 
-def rolling(bus, speed=0.3):
-    """Have all wheels roll on by themselves [m/s], as with drives of another bus."""
-    step = bus._step
-    last = bus.now
-
-    def stepped():
-        nonlocal last
-        for node in range(1, 5):
-            if bus.nodes[node].is_powered:
-                bus.nodes[node].position += speed * (bus.now - last) / 0.4712389 * 40000
-        last = bus.now
-        step()
-
-    bus._step = stepped
-
-
-def reading(bench, driver_on):
-    bus = bench(devices())
-    return driver_on(two_trucks(), bus), bus
-
-
-def cycles(driver, seconds):
-    return [driver.cycle() for _ in range(round(seconds / 0.015))]
-
-
 @pytest.mark.usefixtures("family")
-def test_a_node_in_nmt_stopped_is_brought_back_at_the_start(bench, driver_on):
-    driver, bus = reading(bench, driver_on)
+def test_a_node_in_nmt_stopped_is_brought_back_at_the_start(begun):
+    driver, bus = begun()
     bus.nodes[NODE].state = STOPPED
     bus.nodes[17].state = STOPPED
     report = driver.configure()
@@ -56,8 +31,8 @@ def test_a_node_in_nmt_stopped_is_brought_back_at_the_start(bench, driver_on):
 
 @pytest.mark.usefixtures("family")
 @pytest.mark.parametrize("has_heartbeat", [True, False])
-def test_a_node_that_is_stopped_on_the_way_is_brought_back(bench, driver_on, has_heartbeat):
-    driver, bus = reading(bench, driver_on)
+def test_a_node_that_is_stopped_on_the_way_is_brought_back(begun, has_heartbeat):
+    driver, bus = begun()
     if not has_heartbeat:
         bus.nodes[NODE].protect(0x1017)
     driver.configure()
@@ -68,8 +43,8 @@ def test_a_node_that_is_stopped_on_the_way_is_brought_back(bench, driver_on, has
     assert any(node == NODE and "set pre-operational" in what for node, what in words(driver))
 
 
-def test_a_node_that_only_a_reset_of_its_communication_brings_back(bench, driver_on):
-    driver, bus = reading(bench, driver_on)
+def test_a_node_that_only_a_reset_of_its_communication_brings_back(begun):
+    driver, bus = begun()
     node = bus.nodes[NODE]
     node.state = STOPPED
     listen = node._on_nmt
@@ -153,9 +128,9 @@ def test_counters_that_restarted_while_the_bus_was_away_are_rebaselined_and_told
 
 @pytest.mark.usefixtures("family")
 @pytest.mark.parametrize("forged", [b"\x00", b"\x7f", b"\x04", b"\x05", b"\x00\x00"])
-def test_forged_heartbeats_and_boot_ups_change_no_sample_and_no_baseline(bench, driver_on, forged):
+def test_forged_heartbeats_and_boot_ups_change_no_sample_and_no_baseline(begun, forged):
     def run(frames):
-        driver, bus = reading(bench, driver_on)
+        driver, bus = begun()
         rolling(bus)
         driver.configure()
         for number in range(frames):
@@ -172,8 +147,8 @@ def test_forged_heartbeats_and_boot_ups_change_no_sample_and_no_baseline(bench, 
 
 
 @pytest.mark.usefixtures("family")
-def test_a_real_restart_is_believed_and_the_wheel_goes_on(bench, driver_on):
-    driver, bus = reading(bench, driver_on)
+def test_a_real_restart_is_believed_and_the_wheel_goes_on(begun):
+    driver, bus = begun()
     rolling(bus)
     driver.configure()
     samples = cycles(driver, 1.0)

@@ -115,10 +115,10 @@ def test_a_robot_without_troubles_is_not_stopped(driving):
         assert [event.what for event in driver.report().events] == []
 
 
-def until_standing(bench, driver_on, phase, period):
+def until_standing(begun, phase, period):
     """Return the time from an encoder's last breath to the last of four commands to stand [s]."""
-    bus, robot = bench(devices()), two_trucks(period)
-    driver = driver_on(robot, bus)
+    robot = two_trucks(period)
+    driver, bus = begun(robot=robot)
     driver.configure()
     driver.enable()
     program = out_and_back(20.0, 1, speed=0.3, link_length=robot.linkage.length)
@@ -139,8 +139,8 @@ def until_standing(bench, driver_on, phase, period):
 
 @pytest.mark.parametrize("phase", [0.0, 0.001, 0.008])
 @pytest.mark.parametrize("period", [0.01, 0.015, 0.02, 0.05])
-def test_both_trucks_stand_within_100_ms_of_the_last_answer_of_an_encoder(bench, driver_on, phase, period):
-    assert until_standing(bench, driver_on, phase, period) <= 0.1
+def test_both_trucks_stand_within_100_ms_of_the_last_answer_of_an_encoder(begun, phase, period):
+    assert until_standing(begun, phase, period) <= 0.1
 
 
 def test_an_emergency_that_says_that_an_error_has_gone_stops_nothing(driving):

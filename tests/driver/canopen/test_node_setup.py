@@ -103,18 +103,18 @@ def test_the_period_is_within_the_bounds_afterwards_and_only_changed_where_it_wa
 
 
 @pytest.mark.parametrize(("before", "period"), [(0, None), (5, 0.005), (5000, 5.0)])
-def test_a_refusal_leaves_the_period_as_it_is_with_a_remark(kit, before, period):
-    device, configuration = kit.encoder_device(1), NodeConfiguration(1, ("a.left",))
+def test_a_refusal_leaves_the_period_as_it_is_with_a_remark(device, sdo, before, period):
+    configuration = NodeConfiguration(1, ("a.left",))
     device.put(0x1017, 0, before)
     device.refuse[0x1017, 0] = 0x06010002
-    set_heartbeat(kit.sdo([device])[0], configuration)
+    set_heartbeat(sdo, configuration)
     assert configuration.heartbeat == period
     assert "read-only" in configuration.remarks[0]
 
 
-def test_a_device_without_a_heartbeat_is_remarked(kit):
-    device, configuration = kit.encoder_device(1), NodeConfiguration(1, ("a.left",))
+def test_a_device_without_a_heartbeat_is_remarked(device, sdo):
+    configuration = NodeConfiguration(1, ("a.left",))
     del device.object_dictionary[0x1017]
-    set_heartbeat(kit.sdo([device])[0], configuration)
+    set_heartbeat(sdo, configuration)
     assert configuration.heartbeat is None
     assert "1017h" in configuration.remarks[0]

@@ -21,16 +21,6 @@ entries = st.builds(Entry, st.integers(0x1000, 0x9FFF), st.integers(0, 8), st.sa
 slots = st.lists(entries, min_size=1, max_size=4)
 
 
-@pytest.fixture
-def device(kit):
-    return kit.encoder_device(1)
-
-
-@pytest.fixture
-def sdo(kit, device):
-    return kit.sdo([device])[0]
-
-
 @given(cob_id=st.integers(0x181, 0x57F), transmission=st.integers(0, 255), mapped=slots)
 def test_what_is_written_is_read_back(kit, cob_id, transmission, mapped):
     sdo, _ = kit.sdo([kit.encoder_device(1)])

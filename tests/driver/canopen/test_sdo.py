@@ -11,16 +11,6 @@ from omnimate.driver.errors import NotTaken, SdoRefused, SdoSilent
 from tests.foreign.devices import ForeignNode
 
 
-@pytest.fixture
-def device(kit):
-    return kit.encoder_device(1)
-
-
-@pytest.fixture
-def sdo(kit, device):
-    return kit.sdo([device])[0]
-
-
 @given(index=st.sampled_from(sorted(VARIABLES)), value=st.integers(-(2**31), 2**32 - 1))
 def test_what_is_put_is_read_back_as_an_unsigned_number(kit, index, value):
     dictionary = standard_dictionary()

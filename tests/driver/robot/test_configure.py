@@ -13,11 +13,6 @@ from omnimate.driver.robot.driver import Driver
 from omnimate.vehicle.parameters import Bus, Encoder
 
 
-@pytest.fixture
-def device(kit):
-    return kit.encoder_device(1)
-
-
 def test_a_factory_fresh_encoder_answers_sync_afterwards(kit, device):
     report, bus = kit.configure(device)
     assert device.number(0x1800, 1) == 0x40000181
