@@ -396,12 +396,6 @@ def test_a_bus_that_was_lost_leaves_the_drives_disabled(kit, monkeypatch):
         driver.command((1.0, 1.0))
 
 
-def test_a_vehicle_without_drives_cannot_be_enabled(kit):
-    driver = Driver(kit.one_truck(), kit.FakeBus(), clock=kit.FakeClock())
-    with pytest.raises(NotEnabled, match="no \\[\\[drive\\]\\]"):
-        driver.enable()
-
-
 def test_a_target_saturates_at_32_bits(kit):
     assert target_velocity(kit.drive("a.left", 17), 1e12) == 2**31 - 1
     assert target_velocity(kit.drive("a.left", 17), -1e12) == -(2**31 - 1)
