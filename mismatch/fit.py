@@ -165,7 +165,7 @@ def prior_of(terms: Sequence[Term], count: int) -> Array:
     wheels = {
         term.component: number
         for number, term in enumerate(terms)
-        if term.is_calibrated and term.component in WHEEL
+        if term.kind.calibrated and term.component in WHEEL
     }
     for wheel, left in wheels.items():
         truck, side = wheel.split(".")

@@ -246,8 +246,9 @@ def posterior_with_background(
         names.update(dict.fromkeys(columns, name))
 
     for candidate, place in zip(terms, places, strict=True):
-        if candidate.size == 1.0 and candidate.background:
-            include(place, candidate.background, candidate.key)
+        size = candidate.kind.background(candidate.component)
+        if candidate.size == 1.0 and size:
+            include(place, size, candidate.key)
     mounted = mounted_terms([windows.signals for windows in regression.windows])
     for place in (*regression.add(mounted, keep=False), add_nuisances(regression)):
         include(place, 1.0, ("nuisance", "any"))
@@ -286,7 +287,7 @@ def _refined(posterior: Posterior, members: Sequence[int]) -> tuple[list[Term], 
     for key in dict.fromkeys(candidate.key for candidate in chosen.values()):
         same = [member for member in chosen if chosen[member].key == key]
         if (
-            chosen[same[0]].scan == "moments"
+            chosen[same[0]].kind.scan == "moments"
             and len(same) > 1
             and all(chosen[member].held is None for member in same)
         ):

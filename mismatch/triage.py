@@ -9,6 +9,7 @@ levels are estimated coarsely, and nothing is searched or fitted.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -252,7 +253,8 @@ def _where(regression: Regression, before: Array, part: Array) -> Where:
 
 def _intervals(regression: Regression, by_row: Array) -> tuple[Interval, ...]:
     """Return the fewest blocks with half of the decrease of chi-square (V,); none where they are many."""
-    blocks: list[tuple[int, Interval]] = []
+    blocks: list[Interval] = []
+    owner: list[int] = []
     decrease: list[float] = []
     time = regression.time
     for number, windows in enumerate(regression.windows):
@@ -261,21 +263,14 @@ def _intervals(regression: Regression, by_row: Array) -> tuple[Interval, ...]:
         rows = regression.rows_of(number)
         block = np.clip(np.searchsorted(edges, time[rows], side="right") - 1, 0, len(edges) - 2)
         decrease += np.bincount(block, weights=by_row[rows], minlength=len(edges) - 1).tolist()
-        blocks += [(number, (a, b)) for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)]
+        blocks += itertools.pairwise(edges.tolist())
+        owner += [number] * (len(edges) - 1)
     order = np.argsort(decrease)[::-1]
     total = np.cumsum(np.asarray(decrease)[order])
     count = int(np.searchsorted(total, EXPLAINED_FRACTION * sum(decrease))) + 1
     if count > MAX_BLOCK_FRACTION * len(blocks):
         return ()
-    return _joined([blocks[at] for at in sorted(order[:count].tolist())])
-
-
-def _joined(blocks: list[tuple[int, Interval]]) -> tuple[Interval, ...]:
-    """Return blocks in order of time, adjacent ones of one recording as one interval."""
-    joined: list[tuple[int, Interval]] = []
-    for owner, (start, end) in blocks:
-        if joined and joined[-1][0] == owner and joined[-1][1][1] == start:
-            joined[-1] = owner, (joined[-1][1][0], end)
-        else:
-            joined.append((owner, (start, end)))
-    return tuple(interval for _, interval in joined)
+    chosen = np.sort(order[:count])
+    apart = (np.diff(chosen) > 1) | (np.diff(np.array(owner)[chosen]) > 0)
+    stretches = np.split(chosen, np.flatnonzero(apart) + 1)
+    return tuple((blocks[stretch[0]][0], blocks[stretch[-1]][1]) for stretch in stretches)

@@ -40,7 +40,7 @@ def averaged(fit: Fitted) -> Acting:
     parts = slices_of(len(values) for _, _, values in everything)
     scales = np.ones((len(SIZES), len(gram)))
     for term, part in zip(terms[first:], parts[first:], strict=True):
-        if not term.is_setup:
+        if not term.kind.is_setup:
             scales[:, part] = SIZES[:, None]
     inside = slice(parts[first].start, None)
     sizes, covariances, evidence = [], [], []

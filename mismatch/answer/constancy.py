@@ -36,7 +36,7 @@ def changing_error(fit: Fitted, number: int) -> RollingError | None:
     and changed more than tyres do that warm up, no constant says what is wrong.
     """
     term, effect = fit.chosen.terms[number], fit.chosen.effects[number]
-    if not (term.is_calibrated and isinstance(effect, WheelEffect)):
+    if not (term.kind.calibrated and isinstance(effect, WheelEffect)):
         return None
     wheel = wheel_number(effect.component)
     block = fit.regression.windows[0].signals.block

@@ -22,7 +22,7 @@ from omnimate.mismatch.answer.nominal import innovation_variance, usual_levels
 from omnimate.mismatch.answer.shares import largest_share, open_loop_shares, scaled
 from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.regression import slices_of
-from omnimate.mismatch.candidates.terms import UNKNOWN_PRIOR
+from omnimate.mismatch.candidates.terms import Unknown
 from omnimate.mismatch.evidence.rows import products_by_group
 from omnimate.mismatch.recording.folds import folds_of
 
@@ -82,7 +82,7 @@ class Leftover:
         """
         if not 0.0 < self.p_value < math.exp(-1.0):
             return 1.0 if self.p_value == 0.0 else 0.0
-        odds = math.exp(UNKNOWN_PRIOR.log_odds) / (-math.e * self.p_value * math.log(self.p_value))
+        odds = math.exp(Unknown.prior.log_odds) / (-math.e * self.p_value * math.log(self.p_value))
         return odds / (1.0 + odds)
 
     def project_out(self, rows: Array) -> Array:

@@ -23,7 +23,7 @@ _DRIVES = {kind.name: kind.separating_drive for kind in EFFECTS if kind.separati
 
 def blind(posterior: Posterior) -> list[Key]:
     """Return which of an owner's numbers this drive would not show to be wrong, were they."""
-    needed = [number for number, term in enumerate(posterior.terms) if term.is_calibrated]
+    needed = [number for number, term in enumerate(posterior.terms) if term.kind.calibrated]
     gram, _ = posterior.given(()).gram_and_score([posterior.places[number].start for number in needed])
     spreads = 1.0 / np.sqrt(np.diagonal(gram) + 1.0)
     return [

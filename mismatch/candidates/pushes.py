@@ -14,7 +14,7 @@ import numpy as np
 
 from omnimate.effects.block import truck_number
 from omnimate.effects.effect import TRUCK, Effect
-from omnimate.mismatch.candidates.terms import UNKNOWN, UNKNOWN_PRIOR, Term
+from omnimate.mismatch.candidates.terms import UNKNOWN, Term, Unknown
 from omnimate.mismatch.recording.signals import WINDOW
 
 if TYPE_CHECKING:
@@ -96,6 +96,6 @@ def push(truck: str, time: float, tries: int, lasting: float = WINDOW) -> PushTe
         Push(truck, time, lasting, tuple((ahead, aside, yaw) for ahead, aside, yaw in axis))
         for axis in axes.tolist()
     )
-    odds = UNKNOWN_PRIOR.log_odds - math.log(tries)
+    odds = Unknown.prior.log_odds - math.log(tries)
     fixed = {"times": (time,), "lasting": lasting, "quantity": PUSH_REGIME, "acts_on": ""}
     return PushTerm(UNKNOWN, truck, probes, fixed, odds, positive=False)

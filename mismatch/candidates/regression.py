@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from omnimate.effects.effect import Effect
     from omnimate.mismatch.candidates.terms import Term
     from omnimate.mismatch.noise.levels import Filter, NoiseLevels
-    from omnimate.mismatch.recording.response import Columns, Response
+    from omnimate.mismatch.recording.response import Columns
     from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
 
@@ -45,7 +45,7 @@ class Regression:
     # of each recording the inputs (M, 3 T, C) and measurements (M + 1, R, C) of columns that are kept; the
     # data come first
     raw: list[Columns] = field(init=False)
-    responses: list[Response] = field(init=False)
+    responses: list[Columns] = field(init=False)  # of each recording to the base
     filters: list[Filter] = field(init=False)  # of each recording
     white: Array = field(init=False)  # whitened columns, in all rows that were measured, (V, C)
     owner: NDArray[np.int64] = field(init=False)  # recording of each row, (V,)

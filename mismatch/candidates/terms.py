@@ -11,13 +11,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from omnimate.effects import CALIBRATED, EFFECTS, SETUP, effect_named
 from omnimate.effects.block import LINKAGE
-from omnimate.effects.effect import RARE, Drive, Prior
+from omnimate.effects.effect import RARE, Drive, Effect, Prior
 from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, grid, is_dense, is_turned
 
 if TYPE_CHECKING:
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from omnimate.effects.effect import Effect, Scan
     from omnimate.mismatch.diagnosis import Key
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.vehicle.parameters import TruckName
@@ -33,9 +32,15 @@ if TYPE_CHECKING:
 
 ANGLES = ("phase", "direction")  # parameters that make a wave of two columns of the one before them
 UNKNOWN = "unknown"  # what an error is called for which the library has no name
-UNKNOWN_PRIOR = Prior(RARE, background=0.0, discrepancy=0.1)
 EXCITED = 10.0
 EVENT_MARGIN = 1.0  # [s] about what acts for a while, in which what else happened is what its law leaves
+
+
+class Unknown(Effect):
+    """An error for which the library has no name, and no law."""
+
+    name: ClassVar[str] = UNKNOWN
+    prior: ClassVar[Prior] = Prior(RARE, background=0.0, discrepancy=0.1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +90,7 @@ class Term:
 
         They include the uncertainty of the coefficients, and the discrepancy of the effect's law.
         """
-        if self.is_setup:
+        if self.kind.is_setup:
             parameters = effect.parameters
             sigmas = np.sqrt(np.diag(covariance)).tolist()
             return {one.name: one.scale * sigma for one, sigma in zip(parameters, sigmas, strict=True)}
@@ -114,42 +119,13 @@ class Term:
 
     @property
     def kind(self) -> type[Effect]:
-        """The kind of effect of the library; unknown errors have none.
-
-        Raises:
-            EffectError: The error is unknown.
-        """
-        return effect_named(self.effect)
+        """The kind of effect of the library, or `Unknown`."""
+        return Unknown if self.is_unknown else effect_named(self.effect)
 
     @property
     def is_unknown(self) -> bool:
         """Whether it is an error for which the library has no name."""
         return self.effect == UNKNOWN
-
-    @property
-    def prior(self) -> Prior:
-        """What is assumed of it before a recording is seen."""
-        return UNKNOWN_PRIOR if self.is_unknown else self.kind.prior
-
-    @property
-    def background(self) -> float:
-        """Standard deviation of what every robot has of it, in declared sizes."""
-        return 0.0 if self.is_unknown else self.kind.background(self.component)
-
-    @property
-    def scan(self) -> Scan | None:
-        """Kind of the scan that proposes it; None for what acts all the time, and for unknown errors."""
-        return None if self.is_unknown else self.kind.scan
-
-    @property
-    def is_calibrated(self) -> bool:
-        """Whether it is one of the numbers of vehicle.toml that one calibration gives together."""
-        return not self.is_unknown and self.kind.calibrated
-
-    @property
-    def is_setup(self) -> bool:
-        """Whether it is how a measurement is arranged, which is always fitted."""
-        return not self.is_unknown and self.kind.is_setup
 
     @property
     def is_event(self) -> bool:
@@ -175,7 +151,7 @@ class Term:
     @property
     def largest(self) -> float:
         """Declared sizes beyond which nobody believes in it."""
-        return self.prior.largest
+        return self.kind.prior.largest
 
     @property
     def nuisance_size(self) -> float:
@@ -185,7 +161,7 @@ class Term:
     @property
     def discrepancy(self) -> float:
         """Part by which it may act otherwise than its law says, on any stretch."""
-        return self.prior.discrepancy
+        return self.kind.prior.discrepancy
 
     @property
     def held(self) -> float | None:

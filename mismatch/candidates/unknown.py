@@ -17,7 +17,7 @@ import numpy as np
 from omnimate.effects.block import LINKAGE
 from omnimate.mismatch.candidates.quantities import shared_quantities
 from omnimate.mismatch.candidates.regression import slices_of
-from omnimate.mismatch.candidates.terms import UNKNOWN, UNKNOWN_PRIOR, Term, turns
+from omnimate.mismatch.candidates.terms import UNKNOWN, Term, Unknown, turns
 from omnimate.mismatch.recording.response import misread_columns, moved_columns
 from omnimate.mismatch.recording.windows import pushed_by_curves
 
@@ -85,7 +85,7 @@ def unknown_errors(regression: Regression) -> UnknownErrors:
         white = regression.whitened([build() for _, build in of_recordings])
         columns[:, first : first + len(order)] = white[:, order]
         first += len(order)
-    odds = UNKNOWN_PRIOR.log_odds - math.log(len(groups) / len({group[:2] for group, _ in groups}))
+    odds = Unknown.prior.log_odds - math.log(len(groups) / len({group[:2] for group, _ in groups}))
     terms = [
         Term(UNKNOWN, component, (), {"quantity": quantity, "acts_on": acts_on}, odds, positive=False)
         for (component, acts_on, quantity), _ in groups

@@ -75,14 +75,14 @@ class Candidates:
         bumps has more of them.
         """
         term = self.terms[candidate]
-        if term.scan == "moments" and len(term.fixed["times"]) == 1:
+        if term.kind.scan == "moments" and len(term.fixed["times"]) == 1:
             others = [self.terms[other] for other in members if other != candidate]
             bumps = sum(len(other.fixed["times"]) for other in others if other.key == term.key)
             is_possible = term.odds > -math.inf
             if bumps >= BUMPS_OF_ROUGH_FLOOR and is_possible:
                 return max(term.odds, FURTHER_BUMP_LOG_ODDS)
-        if term.is_calibrated and any(
-            self.terms[other].is_calibrated
+        if term.kind.calibrated and any(
+            self.terms[other].kind.calibrated
             and self.terms[other].component.startswith(term.component[:1])
             and self.terms[other].key != term.key
             for other in members

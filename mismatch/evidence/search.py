@@ -51,7 +51,7 @@ def ranked_candidates(posterior: Posterior, conditional: ConditionalFit) -> list
     named = {  # a wrong number is constant, and what is unknown varies: a component may have both
         terms[candidate].component
         for candidate in conditional.members
-        if not (terms[candidate].is_unknown or terms[candidate].is_calibrated)
+        if not (terms[candidate].is_unknown or terms[candidate].kind.calibrated)
     }
     occupied = [
         (terms[candidate].component, time)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -26,14 +25,6 @@ if TYPE_CHECKING:
 Columns = tuple["Array", "Array"]  # C columns: inputs `(M, 3 T, C)` and measurements `(M + 1, R, C)`
 
 
-@dataclass(frozen=True, slots=True)
-class Response:
-    """Response of one recording to a set of effects."""
-
-    inputs: Array  # difference of the robot's motion in each window to the trajectory, `(M, 3 T)`
-    offset: Array  # errors of its measurements, `(M + 1, R)`
-
-
 def replayed(signals: Signals, effects: Sequence[Effect]) -> tuple[Block, Array]:
     """Return the recording's steps with effects acting, and errors `(N, 3)` of the linkage's readings."""
     block = replay(signals.block, effects)
@@ -49,8 +40,11 @@ def relinearised(signals: Signals, effects: Sequence[Effect]) -> Signals:
     return signals
 
 
-def response(windows: Windows, effects: Sequence[Effect]) -> Response:
-    """Return the response of one recording to effects, relative to the nominal robot."""
+def response(windows: Windows, effects: Sequence[Effect]) -> Columns:
+    """Return the response of one recording to effects, relative to the nominal robot, as a single column.
+
+    Its inputs are the difference of the robot's motion to the trajectory, and its measurements their errors.
+    """
     signals = windows.signals
     block, errors = replayed(signals, effects)
     extra = block.twist - signals.block.twist
@@ -67,7 +61,7 @@ def response(windows: Windows, effects: Sequence[Effect]) -> Response:
                 offset[:, pose] += windows.aged(number, partial(_age, effect, signals.time[0]))
             elif isinstance(effect, ReferenceOffset) and effect.component == truck:
                 offset[:, pose] += path - effect.truck(path)  # the path follows the measured reference
-    return Response(inputs, offset)
+    return inputs[..., None], offset[..., None]
 
 
 def _age(effect: AgedSamples, start: float, time: Array) -> Array:
@@ -90,9 +84,10 @@ def misread_columns(windows: Windows, measured: Array) -> Columns:
     return np.zeros((*windows.drift.shape, measured.shape[2])), measured
 
 
-def data(windows: Windows, base: Response) -> Columns:
-    """Return the column of the data about a base."""
-    return base.inputs[..., None], (windows.measured - base.offset)[..., None]
+def data(windows: Windows, base: Columns) -> Columns:
+    """Return the column of the data about the response to a base."""
+    inputs, offset = base
+    return inputs, windows.measured[..., None] - offset
 
 
 def brief_column(
@@ -115,8 +110,6 @@ def brief_column(
     return moved_columns(windows, inputs[..., None])
 
 
-def column(base: Response, changed: Response, step: float) -> Columns:
-    """Return the column of an effect: the difference to the base over a step of its parameter."""
-    return ((base.inputs - changed.inputs) / step)[..., None], ((changed.offset - base.offset) / step)[
-        ..., None
-    ]
+def column(base: Columns, changed: Columns, step: float) -> Columns:
+    """Return the column of an effect: the difference to the base's response over a step of its parameter."""
+    return (base[0] - changed[0]) / step, (changed[1] - base[1]) / step

@@ -62,7 +62,7 @@ def events(
     candidates += spans(regression, conditionals)
     candidates += _losses(regression, conditionals)
     candidates += _harmonics(regression, conditionals)
-    return merged([], candidates)
+    return candidates
 
 
 def _bumps(regression: Regression, conditional: ConditionalFit, push_scores: PushScores) -> list[Term]:
@@ -104,7 +104,7 @@ def push_terms(regression: Regression, push_scores: Sequence[PushScores]) -> lis
                     push(truck, begin, tries**2 // 2, end - begin)
                     for begin, end in _lasting(windows.time, strength, peaks)
                 ]
-    return merged([], pushes)
+    return pushes
 
 
 def _lasting(time: Array, strength: Array, peaks: Sequence[int]) -> list[tuple[float, float]]:

@@ -49,7 +49,7 @@ def _z_scores(regression: Regression, conditional: ConditionalFit, terms: Sequen
 
 def lasts(regression: Regression, member: Term) -> bool:
     """Say whether a wheel turns `MIN_STEP_TURNS` times before and after a step of its radius."""
-    if member.scan != "step":
+    if member.kind.scan != "step":
         return True
     wheel, time = wheel_number(member.component), member.fixed["time"]
     blocks = [windows.signals.block for windows in regression.windows]
@@ -62,11 +62,11 @@ def lasts(regression: Regression, member: Term) -> bool:
 def _steps(regression: Regression, member: Term) -> tuple[float, ...]:
     """Return the steps of a term's nonlinear parameters, coarse to fine [s, m/s]."""
     sample = float(regression.windows[0].signals.recording.vehicle.bus.sync_period)
-    if member.scan == "moments":
+    if member.kind.scan == "moments":
         return 0.12, 0.04, sample
-    if member.scan == "threshold":
+    if member.kind.scan == "threshold":
         return 0.05, 0.02, 0.005
-    if member.scan in {"step", "interval"}:
+    if member.kind.scan in {"step", "interval"}:
         return 4.0, 1.5, 0.5, 0.2, 0.06, sample
     return ()
 
