@@ -95,7 +95,11 @@ def investigate(
             break
         progress(2 * turn + 1, PROGRESS_STEPS, "comparing sets of effects")
         posterior, start = _posterior(fit, library, excluded, nameless=turn > 0)
-        members = search(posterior, start if turn > 0 else (*start, *_calibration(posterior, fit)))
+        members = start
+        if turn == 0:  # a search begins with what is calibrated in any case
+            keys = {term.key for term in fit.calibrated.terms}
+            members += tuple(number for number, term in enumerate(posterior.terms) if term.key in keys)
+        members = search(posterior, members)
         progress(2 * turn + 2, PROGRESS_STEPS, "fitting effects and noise")
         terms, values = _refined(posterior, members)
         fit = fitted(signals, noise, terms, values, start=fit, disturbances=obstacles.disturbances)
@@ -192,12 +196,6 @@ def _agree(all_windows: Acting, undisturbed: Acting) -> bool:
             all_windows.values, undisturbed.values, undisturbed.covariances(), strict=True
         )
     )
-
-
-def _calibration(posterior: Posterior, fit: Fitted) -> tuple[int, ...]:
-    """Return the candidates that are calibrated in any case: from these a search begins."""
-    keys = {term.key for term in fit.calibrated.terms}
-    return tuple(number for number, term in enumerate(posterior.terms) if term.key in keys)
 
 
 def _posterior(

@@ -115,7 +115,7 @@ def _candidates(
     ranked = ranked_candidates(posterior, conditional)[:FULLY_JUDGED]
     for candidate in (*ranked, *investigation.members):
         key = posterior.terms[candidate].key
-        gains[key] = max(gains.get(key, 0.0), conditional.approximate_log_odds(candidate))
+        gains[key] = max(gains.get(key, 0.0), conditional.approximate_log_odds[candidate])
     order = sorted(gains, key=lambda key: (-probable.get(key, 0.0), -gains[key]))[:FULLY_JUDGED]
     return tuple((*key, gains[key], probable.get(key, 0.0)) for key in order)
 

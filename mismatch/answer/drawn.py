@@ -69,9 +69,9 @@ def _signature(
     rows = fitted.white[:, 0] + predicted
     power = np.bincount(fitted.channel, weights=predicted**2)
     channel = int(np.argmax(power))
-    along, label = quantity(effect, fitted.windows)
+    pairs = [_quantity(effect, windows) for windows in fitted.windows]
     of_channel = fitted.channel == channel
-    values = fitted.of_rows(along)[of_channel]
+    values = fitted.of_rows([along for along, _ in pairs])[of_channel]
     edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1)))
     if len(edges) < 3:
         return None
@@ -83,7 +83,7 @@ def _signature(
     ]
     return Signature(
         numbers[effect.name, effect.component],
-        label,
+        pairs[0][1],
         row_names(fitted.windows[0])[channel],
         0.5 * (edges[1:] + edges[:-1]),
         means[0],
@@ -92,14 +92,8 @@ def _signature(
     )
 
 
-def quantity(effect: Effect, windows: Sequence[Windows]) -> tuple[list[Array], str]:
-    """Return what an effect depends on, at every window's end of each recording, and what that is called."""
-    pairs = [_quantity(effect, model) for model in windows]
-    return [values for values, _ in pairs], pairs[0][1]
-
-
 def _quantity(effect: Effect, windows: Windows) -> tuple[Array, str]:
-    """Return the quantity of one recording at every window's end, `(M + 1,)`, and what it is called."""
+    """Return what an effect depends on, at every window's end `(M + 1,)`, and what that is called."""
     signals, block, component = windows.signals, windows.signals.block, effect.component
     joint = 1 if component == "joint_b" else 0
     truck = 1 if component in {"b", "joint_b"} and len(signals.trucks) > 1 else 0

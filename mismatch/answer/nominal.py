@@ -23,14 +23,16 @@ from omnimate.mismatch.noise.levels import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from omnimate.mismatch.candidates.regression import Regression
+    from omnimate.mismatch.noise.levels import Filter
     from omnimate.vehicle.se2 import Array
 
 
-def innovation_variance(regression: Regression, levels: NoiseLevels) -> Array:
-    """Return the variance that each row's innovation has at noise levels, `(V,)`; 1 is this robot's own."""
-    spreads = [filter_of(windows, levels).spread for windows in regression.windows]
-    ratios = [other / kalman.spread for other, kalman in zip(spreads, regression.filters, strict=True)]
+def innovation_variance(filters: Sequence[Filter], levels: NoiseLevels) -> Array:
+    """Return the variance that each row's innovation has at noise levels, `(V,)`; 1 is the filters' own."""
+    ratios = [filter_of(kalman.windows, levels).spread / kalman.spread for kalman in filters]
     return np.concatenate([ratio[np.isfinite(ratio)] for ratio in ratios])
 
 
@@ -52,7 +54,7 @@ def roughest_levels(regression: Regression) -> NoiseLevels:
 
 def innovations(regression: Regression) -> dict[str, float]:
     """Return by how much a nominal robot misses each channel from one reading to the next, rms; 1 is own."""
-    variance = innovation_variance(regression, nominal_levels(regression.windows))
+    variance = innovation_variance(regression.filters, nominal_levels(regression.windows))
     channel = regression.channel
     names = row_names(regression.windows[0])
     return {names[number]: size(variance[channel == number] ** 0.5) for number in np.unique(channel)}

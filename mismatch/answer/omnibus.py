@@ -151,7 +151,7 @@ def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int
     p_value = _tail(float(largest[0]), largest[1:])
     if p_value >= ERROR_RATE:
         return Leftover(p_value)
-    expected = innovation_variance(regression, usual_levels(regression)) / scale**2
+    expected = innovation_variance(regression.filters, usual_levels(regression)) / scale**2
     beyond = np.flatnonzero(gain[:, 0] > largest[1:].max())
     errors = beyond[beyond < len(unknown.terms)]
     strongest = errors if len(errors) else beyond

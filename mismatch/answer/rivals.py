@@ -91,11 +91,11 @@ def _judged(
     Variants of a name share its prior odds, and count together: a size, a moment or a limit was looked for.
     """
     itself, name = conditional.judge(member), posterior.terms[member].key
-    judged, best = {name: {member: itself}}, {name: conditional.approximate_log_odds(member)}
+    judged, best = {name: {member: itself}}, {name: conditional.approximate_log_odds[member]}
     for candidate in ranked_candidates(posterior, conditional):
         if _elsewhere(posterior, candidate, member):
             continue
-        key, quick = posterior.terms[candidate].key, conditional.approximate_log_odds(candidate)
+        key, quick = posterior.terms[candidate].key, conditional.approximate_log_odds[candidate]
         if quick < best.setdefault(key, quick) + math.log(POSSIBLE):
             continue
         if len(best) > FULLY_JUDGED:

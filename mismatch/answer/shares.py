@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.mismatch.answer.nominal import roughest_levels
+from omnimate.mismatch.answer.nominal import innovation_variance, roughest_levels
 from omnimate.mismatch.answer.rerun import STRETCH
 from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.unknown import raw_columns
@@ -72,7 +72,6 @@ def open_loop_shares(regression: Regression, errors: Mapping[int, Array]) -> dic
         return {}
     pairs = [(windows.thinned(STRETCH), windows) for windows in regression.windows]
     filters = [filter_of(thin, regression.noise) for thin, _ in pairs]
-    roughest = roughest_levels(regression)
     rows = np.concatenate(
         [np.isfinite(thin.measured)[np.isfinite(windows.measured)] for thin, windows in pairs]
     )
@@ -83,8 +82,7 @@ def open_loop_shares(regression: Regression, errors: Mapping[int, Array]) -> dic
 
     data = [(inputs[:, :, :1], measured[:, :, :1]) for inputs, measured in regression.raw]
     scale, innovations = scaled(whitened(data)[:, 0], channel)
-    ratios = [filter_of(run.windows, roughest).spread / run.spread for run in filters]
-    expected = np.concatenate([ratio[np.isfinite(ratio)] for ratio in ratios]) / scale**2
+    expected = innovation_variance(filters, roughest_levels(regression)) / scale**2
     known = [(inputs[:, :, 1:], measured[:, :, 1:]) for inputs, measured in regression.raw]
     effects = regression.whitened(known)
     precision = effects.T @ effects + np.eye(effects.shape[1])

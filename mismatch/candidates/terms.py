@@ -219,9 +219,9 @@ def angle_of(kind: type[Effect]) -> str | None:
 
 def smooth_terms(signals: Sequence[Signals]) -> list[Term]:
     """Return the terms of all effects that need not be looked for at a place or time."""
-    present = components_of(signals[0])
-    if not any(one.poses is not None for one in signals):
-        present -= {"poses"}
+    vehicle = signals[0].recording.vehicle
+    with_poses = any(one.poses is not None for one in signals)
+    present = {*vehicle.wheels, *vehicle.trucks, *vehicle.channels, *(("poses",) if with_poses else ())}
     moved, turned, pace = moving_channels(signals), turns(signals), _pace(signals)
     terms = []
     for kind in filter(attrgetter("searched"), EFFECTS):
@@ -310,12 +310,6 @@ def _jitter(signals: Sequence[Signals]) -> float:
     distance = np.concatenate([np.abs(one.block.travel).mean(axis=1) for one in signals]).sum()
     span = sum(float(one.time[-1] - one.time[0]) for one in signals)
     return START_ROUGHNESS * math.sqrt(WINDOW * distance / span)
-
-
-def components_of(signals: Signals) -> set[str]:
-    """Return the components that a robot has."""
-    vehicle = signals.recording.vehicle
-    return {*vehicle.wheels, *vehicle.trucks, *vehicle.channels, "poses"}
 
 
 def _speeds(signals: Sequence[Signals], component: str) -> list[float]:

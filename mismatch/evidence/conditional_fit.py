@@ -263,13 +263,9 @@ class ConditionalFit:
         columns, sizes = self.candidates.background_of(keys)
         return float(background_log_bayes_factor(*self.gram_and_score(columns), sizes, spread))
 
-    def approximate_log_odds(self, candidate: int) -> float:
-        """Return a candidate's log posterior odds if noise is white and its law is exact."""
-        return float(self._approximate_log_odds[candidate])
-
     @cached_property
-    def _approximate_log_odds(self) -> Array:
-        """Approximate log odds of all candidates."""
+    def approximate_log_odds(self) -> Array:
+        """Log posterior odds of each candidate if noise is white and its law is exact."""
         products, terms = self._products.residual, self.candidates.terms
         log_odds = np.array([self.candidates.odds(number, self.members) for number in range(len(terms))])
         for group in self.candidates.groups_of_equal_shape():

@@ -65,9 +65,9 @@ def ranked_candidates(posterior: Posterior, conditional: ConditionalFit) -> list
         and term.key not in used_keys
         and not (term.is_unknown and not term.is_event and term.component in named)
         and not _repeats_event(term.component, term.fixed.get("times", ()), occupied)
-        and conditional.approximate_log_odds(candidate) > IMPOSSIBLE
+        and conditional.approximate_log_odds[candidate] > IMPOSSIBLE
     ]
-    return sorted(allowed, key=lambda candidate: -conditional.approximate_log_odds(candidate))
+    return sorted(allowed, key=lambda candidate: -conditional.approximate_log_odds[candidate])
 
 
 def is_push(term: Term) -> bool:
@@ -162,7 +162,7 @@ def _with_certain_events(posterior: Posterior, conditional: ConditionalFit, firs
         if (
             not terms[candidate].is_event
             or candidate == first
-            or conditional.approximate_log_odds(candidate) < 3.0
+            or conditional.approximate_log_odds[candidate] < 3.0
         ):
             continue
         times = [time for other in chosen for time in terms[other].fixed["times"]]
@@ -328,7 +328,7 @@ def replacements_of_two(
     gains = [
         (candidate, posterior.evidence({*rest, candidate}) - evidence)
         for candidate in candidates
-        if conditional.approximate_log_odds(candidate) > 0.0
+        if conditional.approximate_log_odds[candidate] > 0.0
     ]
     likeliest = sorted(gains, key=lambda pair: -pair[1])[:JUDGED_REPLACEMENTS]
     return [

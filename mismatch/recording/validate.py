@@ -134,13 +134,10 @@ def too_little(recordings: Sequence[Recording]) -> str:
             f"the wheels rolled {rolled:.2f} m only; record a drive of several metres with turns both ways."
         )
     is_single = recordings[0].vehicle.linkage is None
-    if is_single and not any(_has_poses(recording) for recording in recordings):
+    poses = [recording.poses for recording in recordings if recording.poses is not None]
+    if is_single and not any(np.isfinite(of_recording.pose).any() for of_recording in poses):
         return (
             "a single truck without absolute poses has nothing to be held against; "
             "measure its pose from outside (poses.csv), at the stops at least."
         )
     return ""
-
-
-def _has_poses(recording: Recording) -> bool:
-    return recording.poses is not None and bool(np.isfinite(recording.poses.pose).any())

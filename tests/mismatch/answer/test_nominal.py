@@ -17,7 +17,7 @@ def nominal(regression, drive, watched):
 
 
 def test_the_innovations_of_a_nominal_robot_are_its_own_noise(nominal):
-    assert innovation_variance(nominal, nominal.noise) == pytest.approx(np.ones(len(nominal.channel)))
+    assert innovation_variance(nominal.filters, nominal.noise) == pytest.approx(np.ones(len(nominal.channel)))
     assert list(innovations(nominal).values()) == pytest.approx([1.0] * 9)
 
 
