@@ -1,6 +1,5 @@
 """Drives of simulated robots with and without effects, and what is made of them on the way to an answer."""
 
-import itertools
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -10,7 +9,7 @@ import pytest
 
 from omnimate.effects import effect_named
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.candidates.regression import Regression
+from omnimate.mismatch.candidates.regression import Regression, slices_of
 from omnimate.mismatch.candidates.terms import Term
 from omnimate.mismatch.diagnosis import Finding, Where
 from omnimate.mismatch.evidence.candidates import Candidates
@@ -142,66 +141,44 @@ def alone():
     return conditional
 
 
-@pytest.fixture(scope="session")
-def usual_noise():
-    """Return the levels of the simulator's own floor and sensors."""
-    return USUAL
+def candidate(effect, component, odds=0.01, positive=False, width=1, **fixed):
+    """Return a candidate of one column or more."""
+    return Term(effect, component, (None,) * width, fixed, float(np.log(odds)), positive)
 
 
-@pytest.fixture(scope="session")
-def candidate():
-    """Return a function that gives a candidate of one column or more."""
-
-    def built(effect, component, odds=0.01, positive=False, width=1, **fixed):
-        return Term(effect, component, (None,) * width, fixed, float(np.log(odds)), positive)
-
-    return built
-
-
-@pytest.fixture(scope="session")
-def drawn():
-    """Return a function that gives the posterior of data `X b + e` about candidates with columns X."""
-
-    def posterior(columns, terms, truth, seed, background=None, order=None):
-        chance = np.random.default_rng([seed, 1])
-        count = int(RATE * SPAN)
-        assert columns.shape[0] == count
-        data = columns @ truth + chance.normal(size=count)
-        time = np.arange(count) / RATE
-        order = np.arange(count) if order is None else order
-        regression = SimpleNamespace(
-            white=np.column_stack([data, columns])[order],
-            time=time[order],
-            owner=np.zeros(count, int),
-            channel=np.zeros(count, int),
-            windows=[SimpleNamespace(time=np.array([0.0, SPAN]))],
-        )
-        edges = 1 + np.concatenate(([0], np.cumsum([len(term.probes) for term in terms])))
-        places = [slice(int(start), int(end)) for start, end in itertools.pairwise(edges)]
-        if background is None:
-            background = np.zeros(0, np.int64), np.zeros(0)
-        names = {
-            column: term.key
-            for term, place in zip(terms, places, strict=True)
-            for column in range(place.start, place.stop)
-        }
-        return Posterior(Candidates(regression, list(terms), places, background, names))
-
-    return posterior
+def drawn(columns, terms, truth, seed, background=None, order=None):
+    """Return the posterior of data `X b + e` about candidates with columns X."""
+    chance = np.random.default_rng([seed, 1])
+    count = int(RATE * SPAN)
+    assert columns.shape[0] == count
+    data = columns @ truth + chance.normal(size=count)
+    time = np.arange(count) / RATE
+    order = np.arange(count) if order is None else order
+    regression = SimpleNamespace(
+        white=np.column_stack([data, columns])[order],
+        time=time[order],
+        owner=np.zeros(count, int),
+        channel=np.zeros(count, int),
+        windows=[SimpleNamespace(time=np.array([0.0, SPAN]))],
+    )
+    places = slices_of((len(term.probes) for term in terms), 1)
+    if background is None:
+        background = np.zeros(0, np.int64), np.zeros(0)
+    names = {
+        column: term.key
+        for term, place in zip(terms, places, strict=True)
+        for column in range(place.start, place.stop)
+    }
+    return Posterior(Candidates(regression, list(terms), places, background, names))
 
 
-@pytest.fixture(scope="session")
-def waves():
-    """Return a function that gives smooth columns, as drives make them, of some information each."""
-
-    def columns(informations, seed):
-        chance = np.random.default_rng([seed, 2])
-        time = np.arange(int(RATE * SPAN)) / RATE
-        made = []
-        for information in informations:
-            pace, phase = chance.uniform(0.05, 1.0), chance.uniform(0.0, 2.0 * np.pi)
-            column = np.cos(2.0 * np.pi * pace * time + phase) + 0.3 * chance.normal(size=len(time))
-            made.append(column * np.sqrt(information / (column @ column)))
-        return np.stack(made, axis=1)
-
-    return columns
+def waves(informations, seed):
+    """Return smooth columns, as drives make them, of some information each."""
+    chance = np.random.default_rng([seed, 2])
+    time = np.arange(int(RATE * SPAN)) / RATE
+    made = []
+    for information in informations:
+        pace, phase = chance.uniform(0.05, 1.0), chance.uniform(0.0, 2.0 * np.pi)
+        column = np.cos(2.0 * np.pi * pace * time + phase) + 0.3 * chance.normal(size=len(time))
+        made.append(column * np.sqrt(information / (column @ column)))
+    return np.stack(made, axis=1)

@@ -6,16 +6,17 @@ from omnimate.mismatch.answer.averaged import averaged
 from omnimate.mismatch.candidates.terms import smooth_terms
 from omnimate.mismatch.fit import fitted
 from omnimate.mismatch.recording.signals import signals_of
+from tests.mismatch.conftest import USUAL
 
 
 @pytest.fixture(scope="module")
-def calibrated(drive, watched, effect, usual_noise):
+def calibrated(drive, watched, effect):
     """Return a function that gives a wheelbase that is wrong by a part, as fitted, and averaged."""
 
     def of(part, sigma, seed=4):
         wrong = effect("wheelbase", "a", ratio=1.0 + part)
         recording = watched(drive(wrong, seed=seed, laps=1), sigma=sigma)
-        fit = fitted([signals_of(recording)], usual_noise, (), ())
+        fit = fitted([signals_of(recording)], USUAL, (), ())
         number = [term.key for term in fit.calibrated.terms].index(("wheelbase", "a"))
         both = (fit.calibrated, averaged(fit))
         return [
@@ -38,11 +39,11 @@ def test_where_it_hardly_tells_the_robot_stays_more_as_it_is_described(calibrate
     assert abs(size) < variance**0.5
 
 
-def test_beside_a_wheel_of_the_set_the_other_of_its_axle_is_weighed_too(drive, watched, effect, usual_noise):
+def test_beside_a_wheel_of_the_set_the_other_of_its_axle_is_weighed_too(drive, watched, effect):
     recording = watched(drive(effect("wheel_diameter", "a.left", ratio=1.003), laps=1), sigma=2e-3)
     signals = [signals_of(recording)]
     left = next(term for term in smooth_terms(signals) if term.key == ("wheel_diameter", "a.left"))
-    fit = fitted(signals, usual_noise, [left], [[0.3]])
+    fit = fitted(signals, USUAL, [left], [[0.3]])
     number = [term.key for term in fit.calibrated.terms].index(("wheel_diameter", "a.right"))
     size, most = averaged(fit).values[number][0], fit.calibrated.values[number][0]
     assert 0.0 < size / most <= 1.0

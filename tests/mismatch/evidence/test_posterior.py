@@ -17,6 +17,7 @@ from omnimate.mismatch.evidence.rows import (
     unwhiten_nuisances,
     whiten_nuisances,
 )
+from tests.mismatch.conftest import RATE, SPAN, candidate, drawn, waves
 
 SEEDS = st.integers(0, 10**6)
 EFFECTS = (
@@ -95,28 +96,18 @@ def test_loosened_rows_are_whitened_by_the_root_of_the_whole_noise(seed, width, 
     )
 
 
-@pytest.fixture
-def judged(drawn, waves, candidate):
-    """Return a function that gives the posterior of four candidates of which the first two are there."""
-
-    def posterior(seed, background=True, order=None):
-        terms = [candidate(*key) for key in EFFECTS]
-        sizes = (np.array([1, 2]), np.array([0.05, 0.05])) if background else None
-        columns = waves([400.0] * 4, seed)
-        return drawn(columns, terms, np.array([1.5, -1.0, 0.0, 0.0]), seed, sizes, order)
-
-    return posterior
+def judged(seed, background=((1, 2), (0.05, 0.05)), order=None, truth=(1.5, -1.0, 0.0, 0.0)):
+    """Return the posterior of four candidates, of which some are there, beside a background."""
+    terms = [candidate(*key) for key in EFFECTS]
+    sizes = tuple(map(np.array, background)) if background else None
+    return drawn(waves([400.0] * len(terms), seed), terms, np.array(truth), seed, sizes, order)
 
 
 @settings(max_examples=20)
 @given(seed=SEEDS)
-def test_a_judgement_does_not_depend_on_the_order_of_rows(drawn, waves, candidate, seed):
-    terms = [candidate(*key) for key in EFFECTS]
-    columns, truth = waves([400.0] * 4, seed), np.array([1.5, -1.0, 0.0, 0.0])
-    order = np.random.default_rng(seed).permutation(len(columns))
-    plain, mixed = (
-        drawn(columns, terms, truth, seed, (np.array([1]), np.array([0.1])), own) for own in (None, order)
-    )
+def test_a_judgement_does_not_depend_on_the_order_of_rows(seed):
+    order = np.random.default_rng(seed).permutation(int(RATE * SPAN))
+    plain, mixed = (judged(seed, ((1,), (0.1,)), own) for own in (None, order))
     for members in ((), (1,), (1, 2)):
         own, other = (posterior.given(members).judge(0) for posterior in (plain, mixed))
         for name in ("log_odds", "heldout_gain", "overdispersion", "white_log_evidence"):
@@ -126,11 +117,9 @@ def test_a_judgement_does_not_depend_on_the_order_of_rows(drawn, waves, candidat
 
 @settings(max_examples=20)
 @given(seed=SEEDS)
-def test_no_nuisance_and_no_member_ever_raises_the_information(drawn, waves, candidate, seed):
-    terms = [candidate(*key) for key in EFFECTS]
-    columns, truth = waves([400.0] * 4, seed), np.array([1.5, -1.0, 0.5, 0.0])
-    plain = drawn(columns, terms, truth, seed)
-    nuisances = drawn(columns, terms, truth, seed, (np.array([2, 3]), np.array([0.1, 1.0])))
+def test_no_nuisance_and_no_member_ever_raises_the_information(seed):
+    truth = (1.5, -1.0, 0.5, 0.0)
+    plain, nuisances = (judged(seed, size, truth=truth) for size in (None, ((2, 3), (0.1, 1.0))))
     last, before = 4, float(plain.given(()).gram_and_score([4])[0][0, 0])
     assert before == pytest.approx(400.0)
     for posterior, members in ((nuisances, ()), (plain, (1,)), (nuisances, (1,)), (nuisances, (0, 1))):
@@ -141,7 +130,7 @@ def test_no_nuisance_and_no_member_ever_raises_the_information(drawn, waves, can
 
 @settings(max_examples=20)
 @given(seed=SEEDS, members=st.sampled_from([(), (1,)]))
-def test_further_columns_are_projected_out_as_those_that_are_there(judged, seed, members):
+def test_further_columns_are_projected_out_as_those_that_are_there(seed, members):
     posterior = judged(seed)
     conditional = posterior.given(members)
     later = posterior.regression.white[:, 3:]
@@ -153,15 +142,15 @@ def test_further_columns_are_projected_out_as_those_that_are_there(judged, seed,
         np.testing.assert_allclose(gram, left.T @ left, rtol=1e-4, atol=1e-3)
 
 
-def test_coefficients_are_as_far_from_the_truth_as_their_covariance_says(judged):
+def test_coefficients_are_as_far_from_the_truth_as_their_covariance_says():
     away = []
     for seed in range(40):
-        found = judged(seed, background=False).given((1,)).judge(0)
+        found = judged(seed, background=None).given((1,)).judge(0)
         away.append((found.coefficients[0] - 1.5) / np.sqrt(found.covariance[0, 0]))
     assert 0.6 < np.sqrt(np.mean(np.square(away))) < 1.3
 
 
-def test_noise_that_is_larger_than_it_should_be_is_told_and_makes_evidence_weaker(drawn, waves, candidate):
+def test_noise_that_is_larger_than_it_should_be_is_told_and_makes_evidence_weaker():
     terms, columns = [candidate(*EFFECTS[0])], waves([400.0], 3)
     quiet = drawn(columns, terms, np.array([0.5]), 3)
     loud = drawn(columns, terms, np.array([0.5]), 3)
@@ -171,14 +160,14 @@ def test_noise_that_is_larger_than_it_should_be_is_told_and_makes_evidence_weake
     assert other.covariance[0, 0] > 1.5 * own.covariance[0, 0]
 
 
-def test_a_size_below_zero_that_makes_no_sense_is_worth_nothing(drawn, waves, candidate):
+def test_a_size_below_zero_that_makes_no_sense_is_worth_nothing():
     terms = [candidate("bump", "a.left", positive=True, times=(3.0,))]
     columns = waves([400.0], 5)
     assert drawn(columns, terms, np.array([1.0]), 5).given(()).judge(0).log_odds > 10.0
     assert drawn(columns, terms, np.array([-1.0]), 5).given(()).judge(0).log_odds == -np.inf
 
 
-def test_sets_are_compared_by_the_density_of_the_data(drawn, waves, candidate):
+def test_sets_are_compared_by_the_density_of_the_data():
     terms = [candidate(*key) for key in EFFECTS[:2]]
     columns = waves([300.0, 200.0], 9)
     posterior = drawn(columns, terms, np.array([0.7, 0.2]), 9)
@@ -188,9 +177,7 @@ def test_sets_are_compared_by_the_density_of_the_data(drawn, waves, candidate):
 
 
 @pytest.mark.parametrize(("fixed", "believed"), [({}, False), ({"intervals": ((10.0, 40.0),)}, True)])
-def test_what_acts_all_the_time_is_not_believed_for_three_outlying_seconds(
-    drawn, waves, candidate, fixed, believed
-):
+def test_what_acts_all_the_time_is_not_believed_for_three_outlying_seconds(fixed, believed):
     terms, columns = [candidate("slip_patch", "a.left", **fixed)], waves([100.0], 4)
     moments = np.isin(np.floor(np.arange(len(columns)) / 4.0), (12, 45, 98))
     columns[moments] += 4.0
@@ -200,9 +187,7 @@ def test_what_acts_all_the_time_is_not_believed_for_three_outlying_seconds(
 
 
 @pytest.mark.parametrize("exact", [True, False])
-def test_an_event_that_is_not_of_its_shape_is_not_left_to_what_is_free_in_shape(
-    drawn, waves, candidate, exact
-):
+def test_an_event_that_is_not_of_its_shape_is_not_left_to_what_is_free_in_shape(exact):
     """A wheel takes a second to roll over an obstacle, where its law says one moment."""
     columns = np.zeros((480, 4))
     columns[[200, 201], 0] = 8.0, 10.0  # the bump
@@ -219,7 +204,7 @@ def test_an_event_that_is_not_of_its_shape_is_not_left_to_what_is_free_in_shape(
     assert bump.white_log_odds > push.white_log_odds
 
 
-def test_a_floor_with_two_bumps_has_more_of_them_for_the_same_wheel(drawn, waves, candidate):
+def test_a_floor_with_two_bumps_has_more_of_them_for_the_same_wheel():
     keys = [("a.left", 20.0), ("a.left", 40.0), ("a.left", 60.0), ("a.right", 60.0)]
     terms = [candidate("bump", wheel, odds=1e-5, positive=True, times=(time,)) for wheel, time in keys]
     posterior = drawn(waves([400.0] * 4, 1), terms, np.zeros(4), 1)
@@ -233,7 +218,7 @@ def test_a_floor_with_two_bumps_has_more_of_them_for_the_same_wheel(drawn, waves
     assert ruled_out.candidates.odds(2, (0, 1)) == -np.inf
 
 
-def test_a_truck_with_one_wrong_number_was_not_calibrated(drawn, waves, candidate):
+def test_a_truck_with_one_wrong_number_was_not_calibrated():
     keys = [("wheel_diameter", "a.left"), ("wheelbase", "a"), ("wheelbase", "b"), ("latency", "a.left")]
     terms = [candidate(*key, odds=0.03) for key in keys]
     candidates = drawn(waves([400.0] * 4, 1), terms, np.zeros(4), 1).candidates
@@ -242,7 +227,7 @@ def test_a_truck_with_one_wrong_number_was_not_calibrated(drawn, waves, candidat
     assert candidates.odds(1, (3,)) == terms[1].odds
 
 
-def test_an_excluded_candidate_is_impossible_given_any_set(judged):
+def test_an_excluded_candidate_is_impossible_given_any_set():
     posterior = judged(2)
     assert posterior.given(()).judge(0).log_odds > 0.0
     posterior = posterior.without((0,))
@@ -251,9 +236,8 @@ def test_an_excluded_candidate_is_impossible_given_any_set(judged):
 
 @settings(max_examples=20)
 @given(seed=SEEDS)
-def test_a_recording_drawn_as_it_is_supports_a_candidate_and_a_set_as_it_does(drawn, waves, candidate, seed):
-    terms = [candidate(*key) for key in EFFECTS]
-    posterior = drawn(waves([300.0] * 4, seed), terms, np.array([1.0, 0.0, 0.5, 0.0]), seed)
+def test_a_recording_drawn_as_it_is_supports_a_candidate_and_a_set_as_it_does(seed):
+    posterior = judged(seed, background=None, truth=(1.0, 0.0, 0.5, 0.0))
     draws = np.stack([np.ones(int(posterior.candidates.stretch.max()) + 1)] * 2)
     np.testing.assert_allclose(posterior.bootstrap_gain((0, 2), draws), 0.0, atol=1e-9)
     np.testing.assert_allclose(posterior.given((0,)).bootstrap_gain(2, draws), 0.0, atol=1e-9)
@@ -261,9 +245,7 @@ def test_a_recording_drawn_as_it_is_supports_a_candidate_and_a_set_as_it_does(dr
 
 @settings(max_examples=20)
 @given(seed=SEEDS)
-def test_a_recording_drawn_twice_over_supports_a_candidate_as_twice_the_information_does(
-    drawn, waves, candidate, seed
-):
+def test_a_recording_drawn_twice_over_supports_a_candidate_as_twice_the_information_does(seed):
     posterior = drawn(waves([300.0], seed), [candidate(*EFFECTS[0])], np.array([1.0]), seed)
     conditional = posterior.given(())
     gram, score = conditional.products_without_background([0])

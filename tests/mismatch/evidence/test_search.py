@@ -15,6 +15,7 @@ from omnimate.mismatch.evidence.search import (
     replacements_of_two,
     search,
 )
+from tests.mismatch.conftest import candidate, drawn, waves
 
 NUMBERS = [("wheel_diameter", wheel) for wheel in ("a.left", "a.right", "b.left", "b.right")] + [
     ("wheelbase", "a"),
@@ -33,12 +34,10 @@ FAULTS = [
 ]
 
 
-@pytest.fixture
-def library(candidate):
-    return [candidate(*key, odds=0.1) for key in NUMBERS] + [candidate(*key, odds=0.01) for key in FAULTS]
+LIBRARY = [candidate(*key, odds=0.1) for key in NUMBERS] + [candidate(*key, odds=0.01) for key in FAULTS]
 
 
-def made(drawn, waves, library, seed, truth=None):
+def made(seed, truth=None, library=LIBRARY):
     """Return the posterior of a library with its background sizes, of which some are there."""
     chance = np.random.default_rng(seed)
     columns = waves(10.0 ** chance.uniform(1.5, 4.0, len(library)), seed)
@@ -50,25 +49,25 @@ def made(drawn, waves, library, seed, truth=None):
     return drawn(columns, library, sizes, seed, background)
 
 
-def test_in_two_hundred_regressions_of_noise_at_most_two_have_anything_found(drawn, waves, library):
-    found = [search(made(drawn, waves, library, seed)) for seed in range(200)]
+def test_in_two_hundred_regressions_of_noise_at_most_two_have_anything_found():
+    found = [search(made(seed)) for seed in range(200)]
     assert sum(bool(members) for members in found) <= 2, [members for members in found if members]
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_one_and_three_effects_are_found_and_nothing_beside_them(drawn, waves, library, seed):
-    assert search(made(drawn, waves, library, seed, {9: 1.0})) == (9,)
-    assert search(made(drawn, waves, library, seed, {0: 0.5, 9: 1.0, 14: -1.0})) == (0, 9, 14)
+def test_one_and_three_effects_are_found_and_nothing_beside_them(seed):
+    assert search(made(seed, {9: 1.0})) == (9,)
+    assert search(made(seed, {0: 0.5, 9: 1.0, 14: -1.0})) == (0, 9, 14)
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_two_effects_that_hide_each_other_are_found_together(drawn, waves, library, seed):
-    axes = np.linalg.qr(waves(np.ones(len(library)), seed))[0]
+def test_two_effects_that_hide_each_other_are_found_together(seed):
+    axes = np.linalg.qr(waves(np.ones(len(LIBRARY)), seed))[0]
     columns = np.sqrt(150.0) * axes
     columns[:, 1] = 0.92 * columns[:, 0] + np.sqrt(1.0 - 0.92**2) * columns[:, 1]
-    truth = np.zeros(len(library))
+    truth = np.zeros(len(LIBRARY))
     truth[[0, 1]] = 2.0, -2.0
-    posterior = drawn(columns, library, truth, seed)
+    posterior = drawn(columns, LIBRARY, truth, seed)
     both = [posterior.given((1 - number,)).judge(number).log_odds for number in (0, 1)]
     alone = [posterior.given(()).judge(number).log_odds for number in (0, 1)]
     assert min(both) > 10.0 + max(alone)
@@ -76,18 +75,18 @@ def test_two_effects_that_hide_each_other_are_found_together(drawn, waves, libra
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_search_comes_to_the_same_set_wherever_it_starts(drawn, waves, library, seed):
-    posterior = made(drawn, waves, library, seed, {0: 0.5, 9: 1.0})
+def test_the_search_comes_to_the_same_set_wherever_it_starts(seed):
+    posterior = made(seed, {0: 0.5, 9: 1.0})
     assert search(posterior, ()) == search(posterior, (0, 9)) == search(posterior, (3, 17)) == (0, 9)
 
 
-def test_of_two_names_for_the_same_column_the_likelier_is_taken(drawn, waves, candidate):
+def test_of_two_names_for_the_same_column_the_likelier_is_taken():
     terms = [candidate("joint_bias", "joint_a", odds=0.01), candidate("wheel_misalignment", "a", odds=0.1)]
     column = waves([500.0], 2)
     assert search(drawn(np.hstack([column, column]), terms, np.array([1.0, 0.0]), 2)) == (1,)
 
 
-def test_two_members_alike_are_exchanged_for_the_single_effect_that_is_both(drawn, waves, candidate):
+def test_two_members_alike_are_exchanged_for_the_single_effect_that_is_both():
     terms = [candidate("latency", "b.left"), candidate("latency", "b.right"), candidate("traction_slip", "b")]
     columns = waves([500.0, 500.0, 500.0], 6)
     columns[:, 2] = columns[:, 0] + columns[:, 1]
@@ -95,9 +94,7 @@ def test_two_members_alike_are_exchanged_for_the_single_effect_that_is_both(draw
     assert search(posterior, (0, 1)) == (2,)
 
 
-def test_what_has_no_name_takes_the_place_of_two_names_of_its_component_that_share_it(
-    drawn, waves, candidate
-):
+def test_what_has_no_name_takes_the_place_of_two_names_of_its_component_that_share_it():
     terms = [
         candidate("wheel_diameter", "b.left"),
         candidate("radius_vs_speed", "b.left"),
@@ -125,7 +122,7 @@ def test_of_rivals_that_may_be_there_the_likelier_wins_though_it_leaves_noise_th
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_of_two_that_nobody_believes_in_together_the_likelier_stays(drawn, waves, candidate, seed):
+def test_of_two_that_nobody_believes_in_together_the_likelier_stays(seed):
     terms = [candidate("gear_harmonic", "b.left", odds=0.01), candidate("wheelbase", "b", odds=0.1)]
     axes = np.linalg.qr(waves(np.ones(2), seed))[0]
     columns = np.stack([60.0 * axes[:, 0], 0.15 * axes[:, 0] + 3.0 * axes[:, 1]], axis=1)
@@ -135,26 +132,24 @@ def test_of_two_that_nobody_believes_in_together_the_likelier_stays(drawn, waves
     assert _prune(posterior, (0, 1)) == (0,)
 
 
-def test_where_all_channels_or_all_but_one_are_late_none_is(drawn, waves, library):
-    terms = [replace(term, positive=term.effect == "latency") for term in library]
+def test_where_all_channels_or_all_but_one_are_late_none_is():
+    terms = [replace(term, positive=term.effect == "latency") for term in LIBRARY]
     late = [number for number, term in enumerate(terms) if term.positive]
-    posterior = made(drawn, waves, terms, 1, {**dict.fromkeys(late, 1.0), 9: 1.0})
+    posterior = made(1, {**dict.fromkeys(late, 1.0), 9: 1.0}, terms)
     assert _without_what_cancels(posterior, (9, *late)) == (9,)
     assert _without_what_cancels(posterior, (9, *late[1:])) == (9,)
     assert _without_what_cancels(posterior, (9, *late[2:])) == (9, *late[2:])
 
 
 @pytest.mark.parametrize("other", range(3))
-def test_where_all_clocks_but_one_run_off_that_one_runs_off_the_opposite_amount(
-    drawn, waves, candidate, other
-):
+def test_where_all_clocks_but_one_run_off_that_one_runs_off_the_opposite_amount(other):
     terms = [candidate("clock_drift", part, odds=0.01) for part in ("a.left", "a.right", "poses")]
-    posterior = made(drawn, waves, terms, 1, dict.fromkeys(range(3), 1.0))
+    posterior = made(1, dict.fromkeys(range(3), 1.0), terms)
     assert _without_what_cancels(posterior, tuple({0, 1, 2} - {other})) == (other,)
     assert _without_what_cancels(posterior, (0, 1, 2)) == ()
 
 
-def test_effects_of_a_kind_that_are_likelier_all_gone_go_together(drawn, waves, candidate):
+def test_effects_of_a_kind_that_are_likelier_all_gone_go_together():
     terms = [candidate("joint_bias", joint, odds=0.01) for joint in ("joint_a", "joint_b")]
     column = 30.0 * np.linalg.qr(waves([1.0], 3))[0]
     posterior = drawn(np.hstack([column, column]), terms, np.zeros(2), 3)
@@ -178,9 +173,7 @@ def judged(white, log_odds, prior=0.0):
     ],
     ids=["as good", "a little better", "predicts better", "is less likely", "explains better"],
 )
-def test_an_error_without_a_name_must_be_better_than_a_name_by_a_margin(
-    candidate, drawn, waves, white, log_odds, prior, expected
-):
+def test_an_error_without_a_name_must_be_better_than_a_name_by_a_margin(white, log_odds, prior, expected):
     """White noise may say one thing, and unseen stretches another."""
     name = candidate("slip_patch", "b.left")
     nameless = candidate("unknown", "b.left", quantity="time", acts_on="travel")

@@ -11,6 +11,7 @@ from omnimate.mismatch.investigate import startup_nuisances, whiten_with_estimat
 from omnimate.mismatch.recording.signals import WINDOW, signals_of
 from omnimate.mismatch.recording.windows import windows_of
 from omnimate.mismatch.scans.obstacles import LOST, MIN_ENCOUNTERS, find_obstacles, train
+from tests.mismatch.conftest import USUAL
 
 TIMES = tuple(np.arange(10.0, 82.0, 8.0).tolist())
 TAKEN = 4e-3  # [m] that each obstacle takes
@@ -82,10 +83,10 @@ def test_what_is_no_obstacle_is_none_however_often_it_happens(met, effect, name,
 
 
 @pytest.mark.slow
-def test_obstacles_in_several_recordings_are_told_together(drive, effect, usual_noise):
+def test_obstacles_in_several_recordings_are_told_together(drive, effect):
     recordings = [drive(*shaken_from(effect, start), start_time=start) for start in (0.0, 1000.0)]
     signals = [signals_of(single) for single in recordings]
-    own = Regression([windows_of(single) for single in signals], usual_noise, ())
+    own = Regression([windows_of(single) for single in signals], USUAL, ())
     own.add(startup_nuisances(smooth_terms(signals), signals))
     own = whiten_with_estimated_noise(own)
     told = find_obstacles(own)
