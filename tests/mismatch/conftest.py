@@ -11,7 +11,7 @@ from omnimate.effects import effect_named
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.candidates.regression import Regression, slices_of
 from omnimate.mismatch.candidates.terms import Term
-from omnimate.mismatch.diagnosis import Finding, Where
+from omnimate.mismatch.diagnosis import Finding
 from omnimate.mismatch.evidence.candidates import Candidates
 from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.fit import fitted
@@ -43,9 +43,9 @@ def cut(recording, rows):
     )  # fmt: skip
 
 
-def finding(effect, probability, explained):
-    """Return a finding of b.left that explains a share."""
-    return Finding(effect, "b.left", probability, where=Where((), (), ""), explained=explained)
+def finding(effect, probability=0.99, explained=1.0, component="b.left", alternatives=()):
+    """Return a finding that explains a share."""
+    return Finding(effect, component, probability, alternatives, explained=explained)
 
 
 RATE, SPAN = 4, 120.0  # rows in a second, and seconds of regressions that are drawn by chance

@@ -74,7 +74,7 @@ def test_two_effects_at_once_are_told_apart(diagnosed, effect):
 def test_bumps_are_found_where_they_are(diagnosed, effect):
     diagnosis = diagnosed(effect("bump", "b.right", times=(20.0, 55.0), lost=(3e-3, 3e-3)))
     finding = diagnosis.findings[0]
-    assert (finding.effect, finding.component) == ("bump", "b.right")
+    assert finding.key == ("bump", "b.right")
     onsets = [start for start, _ in finding.where.intervals]
     np.testing.assert_allclose(onsets, (20.0, 55.0), atol=0.15)
     assert finding.where.laps == (0, 1)

@@ -10,7 +10,7 @@ from omnimate.mismatch import diagnose
 from omnimate.mismatch.answer.decisions import beyond_noise, possible, with_likelier_rivals
 from omnimate.mismatch.answer.doubts import EVEN, MISFIT, SUREST
 from omnimate.mismatch.answer.rivals import POSSIBLE
-from omnimate.mismatch.diagnosis import Alternative, Change, Finding, Where
+from omnimate.mismatch.diagnosis import Alternative, Change
 from tests.mismatch.conftest import finding
 
 
@@ -36,8 +36,7 @@ def test_a_trace_is_a_finding_where_more_than_noise_is_missed_and_nothing_else_i
 
 
 def rivalled(effect, component, probability, *rivals):
-    alternatives = tuple(Alternative(*rival) for rival in rivals)
-    return Finding(effect, component, probability, alternatives, Where((), (), ""), explained=0.2)
+    return finding(effect, probability, 0.2, component, tuple(Alternative(*rival) for rival in rivals))
 
 
 def test_an_error_without_a_name_takes_the_place_of_all_that_it_is_likelier_than():
@@ -54,8 +53,8 @@ def test_an_error_without_a_name_takes_the_place_of_all_that_it_is_likelier_than
 )
 def test_a_finding_keeps_its_place_unless_an_error_without_a_name_is_likelier_and_asserted(rival):
     """What has another name is no better known than the finding: the fit holds the size of one of them."""
-    finding = rivalled("wheelbase", "a", 0.4 if rival[2] < 0.5 else 0.6, rival)
-    assert with_likelier_rivals([finding]) == (finding,)
+    named = rivalled("wheelbase", "a", 0.4 if rival[2] < 0.5 else 0.6, rival)
+    assert with_likelier_rivals([named]) == (named,)
 
 
 def test_an_encoder_that_scatters_more_than_any_has_is_no_agreement(drive):
@@ -68,6 +67,6 @@ def test_an_encoder_that_scatters_more_than_any_has_is_no_agreement(drive):
     counts[:, column] += np.rint(np.random.default_rng(1).normal(0.0, scatter, len(counts))).astype(int)
     answer = diagnose([replace(healthy, counts=counts)])
     assert answer.verdict == "mismatch"
-    assert (answer.findings[0].effect, answer.findings[0].component) == ("unknown", "joint_b")
+    assert answer.findings[0].key == ("unknown", "joint_b")
     assert answer.findings[0].probability == EVEN
     assert "times the largest noise" in answer.says

@@ -9,13 +9,9 @@ from omnimate.mismatch.answer.answer import summary_of
 from omnimate.mismatch.answer.doubts import EVEN
 from omnimate.mismatch.answer.relevance import is_large, relevant
 from omnimate.mismatch.candidates.terms import term
-from omnimate.mismatch.diagnosis import Change, Finding, Where
+from omnimate.mismatch.diagnosis import Change
 from omnimate.mismatch.heldout import held_out, nominal_of
-from tests.mismatch.conftest import fit_of
-
-
-def finding(effect, component="b.left"):
-    return Finding(effect, component, 0.99, where=Where((), (), ""), explained=1.0)
+from tests.mismatch.conftest import finding, fit_of
 
 
 @given(before=st.floats(0.1, 10.0), quieter=st.floats(1.0, 10.0), kept=st.floats(0.0, 0.9))
@@ -51,14 +47,14 @@ def test_an_effect_that_is_not_there_is_a_trace_next_to_one_that_is(eccentric):
     fit = fit_of(
         eccentric(6e-4, 6e-4, 6e-4), term("wheel_eccentricity", "b.left"), term("joint_bias", "joint_a")
     )
-    there, absent = finding("wheel_eccentricity"), finding("joint_bias", "joint_a")
+    there, absent = finding("wheel_eccentricity"), finding("joint_bias", component="joint_a")
     assert relevant_of(fit, there, absent) == ((there,), (absent,))
 
 
 def test_next_to_named_effects_what_no_effect_of_the_fit_describes_is_judged_by_its_size(eccentric):
     """Their laws may leave a part that is small. Where no name is sure, none leaves it."""
     fit = fit_of(eccentric(6e-4, 6e-4), term("wheel_eccentricity", "b.left"))
-    named, lawless = finding("wheel_eccentricity"), finding("unknown", "a")
+    named, lawless = finding("wheel_eccentricity"), finding("unknown", component="a")
     small = replace(lawless, explained=0.01)
     assert relevant_of(fit, named, lawless, small) == ((named, lawless), (small,))
     assert relevant_of(fit, small) == ((small,), ())

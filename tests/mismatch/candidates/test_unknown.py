@@ -25,20 +25,6 @@ def straight():
     return simulate(vehicle, Truth(vehicle, seed=2), out_and_back(3.0, runs=1), start_time=0.0)
 
 
-def quantities(regression):
-    return {term.fixed["quantity"] for term in unknown_errors(regression).terms}
-
-
-def test_on_a_drive_with_turns_it_may_depend_on_turn_rate_and_on_the_joints(regression, drive):
-    assert quantities(regression(drive(laps=1))) >= TURNING
-
-
-def test_on_a_straight_drive_it_depends_on_no_turn_rate_and_on_no_joint(regression, straight):
-    offered = quantities(regression(straight))
-    assert "speed of a.left" in offered
-    assert not offered & TURNING
-
-
 def test_on_a_straight_drive_nothing_depends_on_the_noise_of_measured_poses(straight, watched, drive):
     """The path follows the poses: where it does not turn, its heading is their noise."""
     along, turning = (signals_of(watched(each)) for each in (straight, drive(laps=1)))
@@ -49,14 +35,17 @@ def test_on_a_straight_drive_nothing_depends_on_the_noise_of_measured_poses(stra
     assert not any("heading" in name for name in straight_curves)
 
 
-def test_on_a_straight_drive_nothing_depends_on_heading_and_no_error_is_made_per_turn(
-    regression, straight, drive
+@pytest.mark.parametrize("turning", [False, True])
+def test_on_a_straight_drive_nothing_depends_on_turns_joints_or_heading_and_no_error_is_made_per_turn(
+    regression, straight, drive, turning
 ):
     """How far wheels turn a robot there is what its counts round off, and so is its heading."""
-    offered = [unknown_errors(regression(each)).terms for each in (straight, drive(laps=1))]
-    for terms, turning in zip(offered, (False, True), strict=True):
-        assert any("heading" in term.fixed["quantity"] for term in terms) is turning
-        assert any(term.fixed["acts_on"] == "turn" for term in terms) is turning
+    terms = unknown_errors(regression(drive(laps=1) if turning else straight)).terms
+    quantities = {term.fixed["quantity"] for term in terms}
+    assert "speed of a.left" in quantities
+    assert quantities & TURNING == (TURNING if turning else set())
+    assert any("heading" in quantity for quantity in quantities) is turning
+    assert any(term.fixed["acts_on"] == "turn" for term in terms) is turning
 
 
 def test_what_varies_in_one_recording_only_is_offered_for_none(drive):

@@ -49,6 +49,11 @@ def made(seed, truth=None, library=LIBRARY):
     return drawn(columns, library, sizes, seed, background)
 
 
+def judged(white, log_odds, prior=0.0):
+    evidence = {"white_log_odds": white + prior, "white_log_evidence": white}
+    return Judgement(np.ones(1), np.eye(1), log_odds=log_odds, **evidence)
+
+
 def test_in_two_hundred_regressions_of_noise_at_most_two_have_anything_found():
     found = [search(made(seed)) for seed in range(200)]
     assert sum(bool(members) for members in found) <= 2, [members for members in found if members]
@@ -113,11 +118,7 @@ def test_what_has_no_name_takes_the_place_of_two_names_of_its_component_that_sha
 
 def test_of_rivals_that_may_be_there_the_likelier_wins_though_it_leaves_noise_that_is_less_white():
     """A spread is the noise's, which rivals share: it says whether anything is there, and not which."""
-
-    def judged(worth, spread, rank):
-        return Judgement(np.ones(1), np.eye(1), spread, worth, worth, rank)
-
-    likelier, whiter, absent = judged(177.0, 2.1, 350.0), judged(300.0, 1.2, 340.0), judged(-1.0, 9.0, 400.0)
+    likelier, whiter, absent = judged(350.0, 177.0), judged(340.0, 300.0), judged(400.0, -1.0)
     assert _best_of([(0, likelier), (1, whiter), (2, absent)]) == (0, likelier)
 
 
@@ -155,11 +156,6 @@ def test_effects_of_a_kind_that_are_likelier_all_gone_go_together():
     posterior = drawn(np.hstack([column, column]), terms, np.zeros(2), 3)
     assert posterior.evidence((0, 1)) < 0.0
     assert _without_what_cancels(posterior, (0, 1)) == ()
-
-
-def judged(white, log_odds, prior=0.0):
-    evidence = {"white_log_odds": white + prior, "white_log_evidence": white}
-    return Judgement(np.ones(1), np.eye(1), log_odds=log_odds, **evidence)
 
 
 @pytest.mark.parametrize(

@@ -65,11 +65,29 @@ def dense(model):
     return covariance, pushes, known
 
 
-def test_whitened_rows_have_the_chi_square_of_all_measurements_at_once(model):
+def filtered(model, measured, inputs=None):
+    """Return whitened innovations of measurements and inputs, and the filter's gains and variances."""
     transition, links, process, observe, variance, start = model
-    measured = np.random.default_rng(5).normal(size=(STEPS + 1, ROWS, 1))
     gains, spread = gains_of(transition, links, process, observe, variance, start)
-    white = whiten(transition, links, np.zeros((STEPS, STATES, 1)), observe, measured, gains, spread)
+    still = np.zeros((STEPS, STATES, measured.shape[2]))
+    inputs = still if inputs is None else inputs
+    return whiten(transition, links, inputs, observe, measured, gains, spread), gains, spread
+
+
+def scored(model, measured, inputs=None):
+    """Return scores, informations, and slopes by variances."""
+    white, gains, spread = filtered(model, measured, inputs)
+    return adjoint(model[0], model[1], model[3], gains, spread, white)
+
+
+def log_likelihood(model, measured, inputs=None):
+    white, _, spread = filtered(model, measured, inputs)
+    return -0.5 * float(np.nansum(white**2) + np.nansum(np.log(spread)))
+
+
+def test_whitened_rows_have_the_chi_square_of_all_measurements_at_once(model):
+    measured = np.random.default_rng(5).normal(size=(STEPS + 1, ROWS, 1))
+    white, _, spread = filtered(model, measured)
     covariance, _, known = dense(model)
     rows = measured.ravel()[known]
     assert np.nansum(white**2) == pytest.approx(rows @ np.linalg.solve(covariance, rows))
@@ -79,39 +97,30 @@ def test_whitened_rows_have_the_chi_square_of_all_measurements_at_once(model):
 @pytest.mark.parametrize("step", [0, 2])
 def test_an_input_is_the_same_as_what_it_makes_visible(model, step):
     """An input of the first states alone, as a drive's are; the last state has none."""
-    transition, links, process, observe, variance, start = model
-    gains, spread = gains_of(transition, links, process, observe, variance, start)
     inputs = np.zeros((STEPS, STATES - 1, 1))
     inputs[step, 0, 0] = -1.0
     still = np.zeros((STEPS + 1, ROWS, 1))
-    by_input = whiten(transition, links, inputs, observe, still, gains, spread)
+    by_input, *_ = filtered(model, still, inputs)
     seen = still.copy()
     for moment in range(step + 1, STEPS + 1):
-        seen[moment, :, 0] = observe[moment, :, 0]
-    by_sight = whiten(transition, links, np.zeros_like(inputs), observe, seen, gains, spread)
+        seen[moment, :, 0] = model[3][moment, :, 0]
+    by_sight, *_ = filtered(model, seen)
     np.testing.assert_allclose(by_input, by_sight, atol=1e-12)
 
 
 @pytest.mark.parametrize("size", [1.0, -1.0])
 def test_twice_the_measurements_or_inputs_give_twice_the_innovations(model, size):
     """From the first number that is not zero, also where all are the same."""
-    transition, links, process, observe, variance, start = model
-    gains, spread = gains_of(transition, links, process, observe, variance, start)
     measured, inputs = np.full((STEPS + 1, ROWS, 1), size), np.full((STEPS, STATES, 1), size)
     for u, z in ((inputs, 0.0 * measured), (0.0 * inputs, measured)):
-        white, half = (
-            whiten(transition, links, factor * u, observe, factor * z, gains, spread) for factor in (1.0, 0.5)
-        )
+        white, half = (filtered(model, factor * z, factor * u)[0] for factor in (1.0, 0.5))
         np.testing.assert_allclose(white, 2.0 * half, rtol=1e-12)
         assert np.any(white)
 
 
 def test_the_adjoint_scores_a_push_as_a_regression_on_its_column_does(model):
-    transition, links, process, observe, variance, start = model
     measured = np.random.default_rng(6).normal(size=(STEPS + 1, ROWS, 1))
-    gains, spread = gains_of(transition, links, process, observe, variance, start)
-    white = whiten(transition, links, np.zeros((STEPS, STATES, 1)), observe, measured, gains, spread)
-    scores, informations, _ = adjoint(transition, links, observe, gains, spread, white)
+    scores, informations, _ = scored(model, measured)
     assert (len(scores), len(informations)) == (STEPS, STEPS)
     covariance, pushes, known = dense(model)
     rows = measured.ravel()[known]
@@ -122,43 +131,31 @@ def test_the_adjoint_scores_a_push_as_a_regression_on_its_column_does(model):
         np.testing.assert_allclose(informations[step], expected, atol=1e-9)
 
 
-def log_likelihood(model, measured, inputs):
-    transition, links, process, observe, variance, start = model
-    gains, spread = gains_of(transition, links, process, observe, variance, start)
-    white = whiten(transition, links, inputs, observe, measured, gains, spread)
-    return -0.5 * float(np.nansum(white**2) + np.nansum(np.log(spread))), gains, spread, white
-
-
 def test_the_adjoint_scores_are_the_slopes_of_the_likelihood_by_an_input(model):
     chance = np.random.default_rng(8)
     measured = chance.normal(size=(STEPS + 1, ROWS, 1))
     inputs = chance.normal(size=(STEPS, STATES, 1))
-    transition, links, _, observe, _, _ = model
-    _, gains, spread, white = log_likelihood(model, measured, inputs)
-    scores, _, _ = adjoint(transition, links, observe, gains, spread, white)
+    scores, _, _ = scored(model, measured, inputs)
     for step in range(STEPS):
         for state in range(STATES):
             both = [inputs.copy(), inputs.copy()]
             both[0][step, state] += 1e-4
             both[1][step, state] -= 1e-4
-            high, low = (log_likelihood(model, measured, own)[0] for own in both)
+            high, low = (log_likelihood(model, measured, own) for own in both)
             assert scores[step, state, 0] == pytest.approx((high - low) / 2e-4, abs=1e-6)
 
 
 @pytest.mark.parametrize("columns", [1, 3])
 def test_the_adjoint_gives_the_slopes_of_the_likelihood_by_every_variance(model, columns):
     measured = np.random.default_rng(9).normal(size=(STEPS + 1, ROWS, columns))
-    inputs = np.zeros((STEPS, STATES, columns))
     transition, links, process, observe, variance, start = model
-    _, gains, spread, white = log_likelihood(model, measured, inputs)
-    scores, informations, by_variance = adjoint(transition, links, observe, gains, spread, white)
+    scores, informations, by_variance = scored(model, measured)
     for moment, row in np.argwhere(np.isfinite(variance)):
         both = [variance.copy(), variance.copy()]
         both[0][moment, row] += 1e-5
         both[1][moment, row] -= 1e-5
         high, low = (
-            log_likelihood((transition, links, process, observe, own, start), measured, inputs)[0]
-            for own in both
+            log_likelihood((transition, links, process, observe, own, start), measured) for own in both
         )
         assert by_variance[moment, row] == pytest.approx((high - low) / 2e-5, rel=1e-5, abs=1e-7)
     for step in range(STEPS):
@@ -166,8 +163,7 @@ def test_the_adjoint_gives_the_slopes_of_the_likelihood_by_every_variance(model,
         both[0][step, 1, 1] += 1e-5
         both[1][step, 1, 1] -= 1e-5
         high, low = (
-            log_likelihood((transition, links, own, observe, variance, start), measured, inputs)[0]
-            for own in both
+            log_likelihood((transition, links, own, observe, variance, start), measured) for own in both
         )
         slope = 0.5 * ((scores[step, 1] ** 2).sum() - informations[step, 1, 1])
         assert slope == pytest.approx((high - low) / 2e-5, rel=1e-5, abs=1e-7)
@@ -175,7 +171,7 @@ def test_the_adjoint_gives_the_slopes_of_the_likelihood_by_every_variance(model,
 
 def test_innovations_of_simulated_noise_are_white(model):
     """Of variance one, and none tells anything of another, in many draws of the model."""
-    transition, links, process, observe, variance, start = model
+    transition, _, process, observe, variance, start = model
     chance, draws = np.random.default_rng(10), 4000
     state = np.linalg.cholesky(start) @ chance.normal(size=(STATES, draws))
     measured = np.full((STEPS + 1, ROWS, draws), np.nan)
@@ -185,7 +181,5 @@ def test_innovations_of_simulated_noise_are_white(model):
             state = transition[moment - 1] @ state + root @ chance.normal(size=(STATES, draws))
         noise = np.sqrt(variance[moment])[:, None] * chance.normal(size=(ROWS, draws))
         measured[moment] = observe[moment] @ state + noise
-    gains, spread = gains_of(transition, links, process, observe, variance, start)
-    still = np.zeros((STEPS, STATES, draws))
-    white = whiten(transition, links, still, observe, measured, gains, spread)
+    white, *_ = filtered(model, measured)
     np.testing.assert_allclose(white @ white.T / draws, np.eye(len(white)), atol=5.0 / np.sqrt(draws))

@@ -32,18 +32,18 @@ def shaking(effect):
     return shaken_from(effect, 0.0)
 
 
+def told_of(*recordings):
+    """Return the obstacles of recordings of one robot."""
+    signals = [signals_of(recording) for recording in recordings]
+    own = Regression([windows_of(single) for single in signals], USUAL, ())
+    own.add(startup_nuisances(smooth_terms(signals), signals))
+    return find_obstacles(whiten_with_estimated_noise(own))
+
+
 @pytest.fixture(scope="module")
-def met(drive, regression):
+def met(drive):
     """Return a function that tells the obstacles of a drive with effects."""
-
-    def told(*effects):
-        recording = drive(*effects)
-        own = regression(recording)
-        signals = [signals_of(recording)]
-        own.add(startup_nuisances(smooth_terms(signals), signals))
-        return find_obstacles(whiten_with_estimated_noise(own))
-
-    return told
+    return lambda *effects: told_of(drive(*effects))
 
 
 @pytest.mark.slow
@@ -84,12 +84,7 @@ def test_what_is_no_obstacle_is_none_however_often_it_happens(met, effect, name,
 
 @pytest.mark.slow
 def test_obstacles_in_several_recordings_are_told_together(drive, effect):
-    recordings = [drive(*shaken_from(effect, start), start_time=start) for start in (0.0, 1000.0)]
-    signals = [signals_of(single) for single in recordings]
-    own = Regression([windows_of(single) for single in signals], USUAL, ())
-    own.add(startup_nuisances(smooth_terms(signals), signals))
-    own = whiten_with_estimated_noise(own)
-    told = find_obstacles(own)
+    told = told_of(*(drive(*shaken_from(effect, start), start_time=start) for start in (0.0, 1000.0)))
     assert [term.component for term in told.terms] == ["a.left"]
     assert all(np.any(pushes > 0.0) for pushes in told.disturbances)
 
