@@ -74,9 +74,12 @@ class Fitted:
         It is what the effects do, and not their columns times their sizes: a column of a small step holds the
         noise of the readings it is made of, which, once added to the data, it would explain.
         """
-        regression = self.regression
-        raw = [data(windows, response(windows, ())) for windows in regression.windows]
-        return np.asarray(regression.whitened(raw)[:, 0] - regression.white[:, 0])
+        return np.asarray(self.data_about(()) - self.regression.white[:, 0])
+
+    def data_about(self, effects: Sequence[Effect]) -> Array:
+        """Return the whitened data (V,) about the robot with some effects."""
+        raw = [data(windows, response(windows, effects)) for windows in self.regression.windows]
+        return self.regression.whitened(raw)[:, 0]
 
     def linear_model(self, rows: Array) -> tuple[Array, Array]:
         """Return the columns (V, K) of everything in rows (V, C), and the data (V,) of the nominal robot."""

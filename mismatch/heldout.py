@@ -46,19 +46,18 @@ class HeldOut:
     folds: tuple[NDArray[np.int64], ...]  # of each recording (M + 1,) the number of each window's
 
 
-def held_out(
-    nominal: Regression, fit: Fitted, kind: Kind | None = None, without: Container[int] = ()
-) -> HeldOut:
+def held_out(fit: Fitted, kind: Kind | None = None, without: Container[int] = ()) -> HeldOut:
     """Return the residuals of the nominal robot and of the effects, fitted with and without each fold.
 
-    What every robot has is noise to both, and is integrated out of them.
+    The nominal robot is the one as described, and its references as mounted. What every robot has is noise to
+    both, and is integrated out of them.
 
     Events count as one parameter for each wheel: what a bump costs is learnt from the bumps of other laps,
     only its moment is taken from its own. Where no kind of stretches is given, the longest that all
     parameters allow are left out. Effects with a number in `without` are not fitted: `train` has what they
     explained.
     """
-    before = whiten_nuisances(nominal.white[:, :1], fit.nuisance)[:, 0]
+    before = whiten_nuisances(fit.data_about(fit.mounted)[:, None], fit.nuisance)[:, 0]
     regression, rows = fit.regression, fit.rows
     everything = list(enumerate(fit.everything()))
     removed = [rows[:, place] @ values for number, (_, place, values) in everything if number in without]
@@ -90,19 +89,14 @@ def held_out(
     return HeldOut(before, train, after, np.array(gain), tuple(effects), kind, stretches)
 
 
-def nominal_of(fit: Fitted) -> Regression:
-    """Return the recordings of a fit whitened about the robot as described, and its references as mounted."""
-    return Regression(fit.regression.windows, fit.regression.noise, fit.mounted)
-
-
 def predicts_better(richer: Fitted, simpler: Fitted) -> bool:
     """Say whether effects predict unseen data better than others, by more than a standard error.
 
     The one-standard-error rule is that of Hastie, Tibshirani and Friedman, The Elements of Statistical
     Learning, 2nd edition, 2009, section 7.10.
     """
-    with_more = held_out(nominal_of(richer), richer)
-    gain = with_more.gain - held_out(nominal_of(simpler), simpler, with_more.kind).gain
+    with_more = held_out(richer)
+    gain = with_more.gain - held_out(simpler, with_more.kind).gain
     return float(gain.sum()) > float(np.sqrt(len(gain)) * gain.std(ddof=1)) if len(gain) > 1 else True
 
 

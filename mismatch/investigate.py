@@ -117,7 +117,7 @@ def investigate(
     progress(2 * ROUNDS + 1, PROGRESS_STEPS, "holding the answer against its rivals")
     posterior, start = _posterior(fit, library, excluded, scan=False)
     unknown = unknown_errors(posterior.regression)
-    finish = partial(_final, signals, noise, obstacles.disturbances, disturbances, unknown)
+    finish = partial(_final, signals, obstacles.disturbances, disturbances, unknown)
     best = finish(posterior, start, fit)
     if UNKNOWN not in excluded:
         wider = _with_unknown(best.posterior, start, unknown)
@@ -132,7 +132,6 @@ def investigate(
 
 def _final(
     signals: tuple[Signals, ...],
-    noise: NoiseLevels,
     obstacle_disturbances: Sequence[Array],
     disturbances: Sequence[Array],
     unknown: UnknownErrors,
@@ -144,6 +143,7 @@ def _final(
 
     Candidates that fail are removed, and the search resumes.
     """
+    noise = fit.regression.noise
     known = dict(zip(start, zip(fit.chosen.terms, fit.chosen.values, strict=True), strict=True))
     members: tuple[int, ...] = start
     while True:
@@ -226,12 +226,12 @@ def _posterior(
 
 
 def posterior_with_background(
-    regression: Regression, terms: Sequence[Term], places: Sequence[slice], shift: Array
+    regression: Regression, terms: Sequence[Term], places: Sequence[slice], shift: Array | float = 0.0
 ) -> Posterior:
     """Return candidates with the background of every robot, whose columns are added to the regression.
 
     The data are shifted back to those of the nominal robot. `shift` (V,) is the part of them that the base of
-    the regression explains.
+    the regression explains; nothing where that is the nominal robot.
     """
     numbers: list[int] = []
     sizes: list[float] = []

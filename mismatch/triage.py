@@ -22,7 +22,7 @@ from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.doubts import SUREST
 from omnimate.mismatch.answer.rivals import POSSIBLE
 from omnimate.mismatch.answer.unseen import blind, unseen_in_words
-from omnimate.mismatch.answer.where import channels_of, laps_at, places_at
+from omnimate.mismatch.answer.where import where_of
 from omnimate.mismatch.candidates.pushes import push
 from omnimate.mismatch.candidates.regression import Regression
 from omnimate.mismatch.candidates.terms import smooth_terms, term
@@ -128,7 +128,9 @@ def _answer(recordings: Sequence[Recording]) -> Triage:
             best, judgement = max(judged, key=lambda pair: pair[1].log_odds)
             columns = conditional.residual_columns(posterior.candidates.columns(best))
             part, gain = columns @ judgement.coefficients, judgement.heldout_gain
-        seen = _where(posterior.regression, conditional.residual, part)
+        fall = conditional.residual**2 - (conditional.residual - part) ** 2
+        intervals = _intervals(posterior.regression, fall)
+        seen = where_of(posterior.regression, part, intervals, "" if intervals else "all along the drive")
         says = _says(seen, closest)
         return Triage("mismatch", says, robot, names, probability, seen, closest, gain)
     unseen = blind(posterior)
@@ -168,8 +170,7 @@ def _candidates(signals: Sequence[Signals]) -> Posterior:
     regression = whiten_with_estimated_noise(regression, roughly=True)
     others = [candidate for candidate in library.values() if candidate not in offered]
     places += regression.add(others, keep=False)
-    shift = np.zeros(len(regression.white))
-    posterior = posterior_with_background(regression, [*offered, *others], places, shift)
+    posterior = posterior_with_background(regression, [*offered, *others], places)
     events = [*_moments(posterior), *spans(regression, [posterior.given(())], MAX_CELLS)]
     if not events:
         return posterior
@@ -235,19 +236,6 @@ def _says(seen: Where, closest: Sequence[Alternative]) -> str:
         f"Something stands out on {', '.join(seen.channels)}, {f'at {times}' if times else seen.regime}. "
         f"{f'It looks most like {near}' if near else 'No single effect comes near it'}; "
         "run the whole diagnosis."
-    )
-
-
-def _where(regression: Regression, before: Array, part: Array) -> Where:
-    """Return where and when a candidate explains a part (V,) of a whitened residual (V,)."""
-    intervals = _intervals(regression, before**2 - (before - part) ** 2)
-    signals = [windows.signals for windows in regression.windows]
-    return Where(
-        channels_of(regression, part),
-        intervals,
-        "" if intervals else "all along the drive",
-        laps_at(intervals, signals),
-        places_at(intervals, signals),
     )
 
 

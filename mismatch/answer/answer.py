@@ -14,11 +14,10 @@ from omnimate.mismatch.answer.omnibus import leftover
 from omnimate.mismatch.answer.relevance import relevant
 from omnimate.mismatch.answer.rerun import rerun
 from omnimate.mismatch.answer.unseen import blind, unseen_in_words
-from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.terms import UNKNOWN
 from omnimate.mismatch.diagnosis import ASSERTED, Calibrated, Change, Diagnosis, Fit
 from omnimate.mismatch.evidence.search import FULLY_JUDGED, ranked_candidates
-from omnimate.mismatch.heldout import HELD, METRIC, held_out, nominal_of, size
+from omnimate.mismatch.heldout import HELD, METRIC, held_out, size
 from omnimate.mismatch.noise.levels import nominal_levels
 
 if TYPE_CHECKING:
@@ -33,8 +32,7 @@ if TYPE_CHECKING:
 def answer(investigation: Investigation) -> Diagnosis:
     """Return the diagnosis; only effects that are in it are in the fit and in the effects file."""
     fit, posterior = investigation.fit, investigation.posterior
-    nominal = nominal_of(fit)
-    residuals = held_out(nominal, fit)
+    residuals = held_out(fit)
     summary = summary_of(fit, residuals)
     remaining = max(0.0, float(residuals.train @ residuals.train) - len(residuals.train))
     fall = float(residuals.before @ residuals.before - residuals.train @ residuals.train)
@@ -44,7 +42,7 @@ def answer(investigation: Investigation) -> Diagnosis:
     nameless = without_name(left, present, square)
     if left.relevant:
         present, nameless = [*present, *nameless], []
-    findings, traces = relevant(ordered(merged(present)), fit, nominal, residuals, summary)
+    findings, traces = relevant(ordered(merged(present)), fit, residuals, summary)
     findings, traces = possible(with_likelier_rivals(findings), (*traces, *nameless))
     findings, traces = beyond_noise(fit.regression, summary, findings, traces)
     acting = averaged(fit)
@@ -68,7 +66,7 @@ def answer(investigation: Investigation) -> Diagnosis:
         investigation.signals[0].recording.vehicle.name,
         tuple(signals.recording.source for signals in investigation.signals),
         drives,
-        evidence_of(fit, nominal, residuals, findings, _candidates(investigation, findings)),
+        evidence_of(fit, residuals, findings, _candidates(investigation, findings)),
         tuple(effect for effect in effects if effect.name != UNKNOWN),
         tuple(
             Calibrated(effect.name, effect.component, parameters_of(fit.regression, acting, number))
@@ -124,7 +122,7 @@ def summary_of(fit: Fitted, residuals: HeldOut) -> Fit:
     """Return the residuals of a fit, without and with its effects."""
     regression = fit.regression
     channels = {}
-    for number, name in enumerate(row_names(regression.windows[0])):
+    for number, name in enumerate(regression.windows[0].names):
         rows = regression.channel == number
         if rows.any():
             channels[name] = Change(size(residuals.before[rows]), size(residuals.after[rows]))
@@ -136,7 +134,7 @@ def summary_of(fit: Fitted, residuals: HeldOut) -> Fit:
         Change(size(residuals.before), size(residuals.after)),
         channels,
         (float(gain.sum()), spread),
-        rerun(regression, residuals, fit.mounted),
+        rerun(fit, residuals),
         regression.noise.named(),
         nominal_levels(regression.windows).named(),
     )

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.effects.block import wheel_number
-from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.diagnosis import Evidence, Signature, Trace
 from omnimate.mismatch.recording.folds import laps_of
 
@@ -27,7 +26,6 @@ _BINS = 14
 
 def evidence_of(
     fit: Fitted,
-    nominal: Regression,
     residuals: HeldOut,
     findings: Sequence[Finding],
     candidates: tuple[tuple[str, str, float, float], ...],
@@ -42,7 +40,7 @@ def evidence_of(
         if (effect.name, effect.component) in numbers
         and (signature := _signature(fit, number, effect, numbers)) is not None
     ]
-    return Evidence(tuple(row_names(nominal.windows[0])), traces, tuple(signatures), candidates)
+    return Evidence(tuple(fitted.windows[0].names), traces, tuple(signatures), candidates)
 
 
 def _trace(fitted: Regression, number: int, residuals: HeldOut) -> Trace:
@@ -84,7 +82,7 @@ def _signature(
     return Signature(
         numbers[effect.name, effect.component],
         pairs[0][1],
-        row_names(fitted.windows[0])[channel],
+        fitted.windows[0].names[channel],
         0.5 * (edges[1:] + edges[:-1]),
         means[0],
         1.0 / np.sqrt(count),

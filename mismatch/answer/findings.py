@@ -12,7 +12,7 @@ from omnimate.mismatch.answer.repeats import repeats_of
 from omnimate.mismatch.answer.rerun import STRETCH
 from omnimate.mismatch.answer.rivals import POSSIBLE, rivalry
 from omnimate.mismatch.answer.unseen import drives_for
-from omnimate.mismatch.answer.where import channels_of, crossings, laps_at, places_at
+from omnimate.mismatch.answer.where import crossings, where_of
 from omnimate.mismatch.candidates.pushes import PUSH_REGIME
 from omnimate.mismatch.candidates.terms import UNKNOWN
 from omnimate.mismatch.diagnosis import ASSERTED, Alternative, Finding, Parameter, Where
@@ -70,9 +70,8 @@ def _finding(
     if error is not None:
         nameless = dict(rivals.rivals).get((UNKNOWN, effect.component), 0.0)
         probability = rivals.probability + nameless
-        return _changing(effect, error, probability, explained, channels_of(regression, part_of))
+        return _changing(effect, error, probability, explained, where_of(regression, part_of, (), "time"))
     signals = [windows.signals for windows in regression.windows]
-    intervals = crossings(effect, signals)
     others = _alternatives(rivals, fit.chosen.terms[number].key, surest)
     names = [effect.name, *(other.effect for other in others)]
     unknown = effect.name == UNKNOWN
@@ -87,13 +86,7 @@ def _finding(
         effect.component,
         min(rivals.probability, surest),
         others,
-        Where(
-            channels_of(regression, part_of),
-            intervals,
-            regime,
-            laps_at(intervals, signals),
-            places_at(intervals, signals),
-        ),
+        where_of(regression, part_of, crossings(effect, signals), regime),
         () if unknown else parameters_of(fit.regression, fit.chosen, number),
         min(1.0, max(0.0, explained)),
         says[0].upper() + says[1:],
@@ -114,7 +107,7 @@ def _alternatives(rivals: Rivalry, key: Key, surest: float) -> tuple[Alternative
 
 
 def _changing(
-    effect: Effect, error: RollingError, probability: float, explained: float, channels: tuple[str, ...]
+    effect: Effect, error: RollingError, probability: float, explained: float, where: Where
 ) -> Finding:
     """Return a wheel's number that is not constant as a finding without a name."""
     return Finding(
@@ -122,7 +115,7 @@ def _changing(
         effect.component,
         min(probability, SUREST),
         (Alternative(effect.name, effect.component, min(1.0 - probability, EVEN)),),
-        Where(channels, (), "time"),
+        where,
         explained=min(1.0, max(0.0, explained)),
         says="Something that no effect of the library explains acts on "
         f"{component_in_words(effect.component)}: it rolls {error.begin:+.3%} more per turn than "
@@ -157,7 +150,7 @@ def _unknown(
         term.component,
         min(rivals.probability, surest),
         others,
-        Where(channels_of(posterior.regression, part_of), (), quantity),
+        where_of(posterior.regression, part_of, (), quantity),
         (),
         min(1.0, float(part_of @ part_of) / square),
         says,

@@ -12,7 +12,6 @@ import numpy as np
 
 from omnimate.effects.block import LINKAGE
 from omnimate.mismatch.answer.rerun import STRETCH
-from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.heldout import size
 from omnimate.mismatch.noise.levels import (
     LOG_LEVEL_SIGMA,
@@ -56,7 +55,7 @@ def innovations(regression: Regression) -> dict[str, float]:
     """Return by how much a nominal robot misses each channel from one reading to the next, rms; 1 is own."""
     variance = innovation_variance(regression.filters, nominal_levels(regression.windows))
     channel = regression.channel
-    names = row_names(regression.windows[0])
+    names = regression.windows[0].names
     return {names[number]: size(variance[channel == number] ** 0.5) for number in np.unique(channel)}
 
 

@@ -20,7 +20,6 @@ import numpy as np
 from omnimate.effects.block import LINKAGE
 from omnimate.mismatch.answer.nominal import innovation_variance, usual_levels
 from omnimate.mismatch.answer.shares import largest_share, open_loop_shares, scaled
-from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.terms import Unknown
 from omnimate.mismatch.evidence.rows import products_by_group
@@ -131,7 +130,7 @@ def leftover(posterior: Posterior, unknown: UnknownErrors, members: Iterable[int
     What every robot has a little of, and members' discrepancies from their laws, are noise there.
     """
     regression, conditional = posterior.regression, posterior.given(members)
-    names = row_names(regression.windows[0])
+    names = regression.windows[0].names
     scale, data = _data_and_null(conditional.residual, regression.channel, posterior.candidates.stretch)
     fold = np.unique(regression.of_rows(folds_of(regression.windows)), return_inverse=True)[1]
     predictors = [

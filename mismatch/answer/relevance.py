@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def relevant(
-    present: Sequence[Finding], fit: Fitted, nominal: Regression, residuals: HeldOut, summary: Fit
+    present: Sequence[Finding], fit: Fitted, residuals: HeldOut, summary: Fit
 ) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
     """Return what is found apart from its traces.
 
@@ -50,7 +50,7 @@ def relevant(
         if has_name and finding.effect == UNKNOWN and finding.explained < RELEVANT:
             return False
         numbers = _numbers(fit, finding)
-        return not numbers or (predicts and _adds(numbers, fit, nominal, residuals, summary))
+        return not numbers or (predicts and _adds(numbers, fit, residuals, summary))
 
     pairs = [(finding, is_relevant(finding)) for finding in present]
     return tuple(finding for finding, yes in pairs if yes), tuple(
@@ -99,18 +99,16 @@ def _numbers(fit: Fitted, finding: Finding) -> set[int]:
     }
 
 
-def _adds(
-    numbers: Collection[int], fit: Fitted, nominal: Regression, residuals: HeldOut, summary: Fit
-) -> bool:
+def _adds(numbers: Collection[int], fit: Fitted, residuals: HeldOut, summary: Fit) -> bool:
     """Say whether some effects of a fit predict what the others do not.
 
     No other stretch of the drive says what a push was, so that only the open-loop error is asked of pushes.
     """
-    without = held_out(nominal, fit, residuals.kind, numbers)
+    without = held_out(fit, residuals.kind, numbers)
     repeats = not any(fit.chosen.terms[number].is_unknown for number in numbers)
     if repeats and _falls(fit, without.after, residuals.after):
         return True
-    others = rerun(fit.regression, without, fit.mounted)
+    others = rerun(fit, without)
     return _shrinks(Change(others[name].after, change.after) for name, change in summary.rerun.items())
 
 

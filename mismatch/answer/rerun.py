@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from omnimate.effects.effect import Effect
-    from omnimate.mismatch.candidates.regression import Regression
+    from omnimate.mismatch.fit import Fitted
     from omnimate.mismatch.heldout import HeldOut
     from omnimate.mismatch.recording.signals import Signals
     from omnimate.vehicle.se2 import Array
@@ -33,15 +33,15 @@ STRETCH = 10.0  # [s] long against the sensors' resolution, short against what o
 _LEAST = 3  # stretches from which a root mean square is worth showing
 
 
-def rerun(regression: Regression, residuals: HeldOut, mounted: Sequence[Effect]) -> dict[str, Change]:
+def rerun(fit: Fitted, residuals: HeldOut) -> dict[str, Change]:
     """Return of each channel the open-loop mismatch, root mean square, without and with effects.
 
-    Effects are those fitted without each fold; the robot as described has its references `mounted`, too.
+    Effects are those fitted without each fold; the robot as described has its references mounted, too.
     """
     before: dict[str, list[Array]] = {}
     after: dict[str, list[Array]] = {}
-    for windows, folds in zip(regression.windows, residuals.folds, strict=True):
-        nominal = _missed(windows.signals, mounted)
+    for windows, folds in zip(fit.regression.windows, residuals.folds, strict=True):
+        nominal = _missed(windows.signals, fit.mounted)
         for name, (_, missed) in nominal.items():
             before.setdefault(name, []).append(missed)
         for fold in np.unique(folds):

@@ -13,7 +13,6 @@ import numpy as np
 
 from omnimate.mismatch.answer.nominal import innovation_variance, roughest_levels
 from omnimate.mismatch.answer.rerun import STRETCH
-from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.unknown import raw_columns
 from omnimate.mismatch.noise.levels import filter_of
 from omnimate.mismatch.recording.pose_outliers import MAD_TO_SIGMA
@@ -75,7 +74,7 @@ def open_loop_shares(regression: Regression, errors: Mapping[int, Array]) -> dic
     rows = np.concatenate(
         [np.isfinite(thin.measured)[np.isfinite(windows.measured)] for thin, windows in pairs]
     )
-    channel, names = regression.channel[rows], row_names(regression.windows[0])
+    channel, names = regression.channel[rows], regression.windows[0].names
 
     def whitened(raw: Sequence[Columns]) -> Array:
         return np.vstack([run.whiten(*columns) for run, columns in zip(filters, raw, strict=True)])

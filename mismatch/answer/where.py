@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.effects.block import LINKAGE, wheel_number
+from omnimate.effects.block import wheel_number
 from omnimate.effects.crossing import crossing_with_loss
 from omnimate.mismatch.candidates.pushes import Push
+from omnimate.mismatch.diagnosis import Where
 from omnimate.mismatch.recording.folds import laps_of
 
 if TYPE_CHECKING:
@@ -17,25 +18,23 @@ if TYPE_CHECKING:
     from omnimate.effects.effect import Effect
     from omnimate.mismatch.candidates.regression import Regression
     from omnimate.mismatch.recording.signals import Signals
-    from omnimate.mismatch.recording.windows import Windows
     from omnimate.vehicle.se2 import Array
 
 Intervals = tuple[tuple[float, float], ...]
 _SHARE = 0.1  # of the strongest channel's part, from which a channel is named
 
 
-def row_names(windows: Windows) -> list[str]:
-    """Return what the rows of measurements are called."""
-    poses = [f"{truck}.{axis}" for truck in windows.signals.trucks for axis in ("x", "y", "theta")]
-    return [*LINKAGE[: windows.linkage], *poses]
+def where_of(regression: Regression, part: Array, intervals: Intervals, regime: str) -> Where:
+    """Return where a part (V,) of the whitened data is seen that acts in some intervals, or all the time.
 
-
-def channels_of(regression: Regression, part: Array) -> tuple[str, ...]:
-    """Return the channels on which a part (V,) of the whitened data shows, strongest first."""
-    names = row_names(regression.windows[0])
+    Channels are named strongest first.
+    """
+    names, signals = regression.windows[0].names, [windows.signals for windows in regression.windows]
     power = np.bincount(regression.channel, weights=part**2, minlength=len(names))
     order = np.argsort(-power)
-    return tuple(names[at] for at in order if power[at] > _SHARE * power[order[0]] and power[at] > 0.0)
+    channels = (names[at] for at in order if power[at] > _SHARE * power[order[0]] and power[at] > 0.0)
+    laps, places = _laps_at(intervals, signals), _places_at(intervals, signals)
+    return Where(tuple(channels), intervals, regime, laps, places)
 
 
 def crossings(effect: Effect, signals: Sequence[Signals]) -> Intervals:
@@ -69,7 +68,7 @@ def _end(wheel: str, time: float, lost: float, signals: Sequence[Signals]) -> fl
     return time
 
 
-def laps_at(intervals: Intervals, signals: Sequence[Signals]) -> tuple[int, ...]:
+def _laps_at(intervals: Intervals, signals: Sequence[Signals]) -> tuple[int, ...]:
     """Return the numbers of the laps, over all recordings, in which intervals lie."""
     laps = [lap for one in signals for lap in laps_of(one.recording)]
     hit = {
@@ -81,7 +80,7 @@ def laps_at(intervals: Intervals, signals: Sequence[Signals]) -> tuple[int, ...]
     return tuple(sorted(hit))
 
 
-def places_at(intervals: Intervals, signals: Sequence[Signals]) -> tuple[tuple[float, float], ...]:
+def _places_at(intervals: Intervals, signals: Sequence[Signals]) -> tuple[tuple[float, float], ...]:
     """Return where truck a is in the middle of each interval [m]."""
     places = []
     for start, end in intervals:

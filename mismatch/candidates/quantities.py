@@ -94,7 +94,7 @@ def _quantities(signals: Signals, moving: Container[str]) -> Curves:
         turning = lead.turn_rates[:, 0]
         curves["turn rate"] = bends(turning)
         curves["yaw acceleration"] = bends(lead.yaw_accelerations[:, 0])
-        curves["turning since a reversal"] = reversals(turning * block.period, RECENT_ANGLES)
+        curves["turning since a reversal"] = reversals(turning * block.period)
         curves |= oscillations("turns", block.period, lead.yaw_accelerations[:, 0])
         curves["lateral acceleration"] = bends(turning * lead.speeds[:, 0])
     for number, joint in enumerate(JOINTS if linked else ()):
@@ -143,16 +143,16 @@ def bends(values: Array) -> list[Array]:
     return [standard(np.interp(values, knots, ordinate)) for ordinate in np.eye(len(knots))[1:]]
 
 
-def reversals(moves: Array, memory: Sequence[float]) -> list[Array]:
+def reversals(moves: Array) -> list[Array]:
     """Return the direction in which a robot moved of late, and whether its moves (K,) go on in it.
 
-    That is the state of Dahl's model of friction (1968), which is forgotten over each of the moves `memory`.
+    That is the state of Dahl's model of friction (1968), which is forgotten over each of `RECENT_ANGLES`.
     None are returned where it hardly ever moves back.
     """
     forward = float(np.maximum(moves, 0.0).sum()) / max(float(np.abs(moves).sum()), 1e-9)
     if not RARE < forward < 1.0 - RARE:
         return []
-    direction, states = np.sign(moves), [recent_direction(moves, length) for length in memory]
+    direction, states = np.sign(moves), [recent_direction(moves, length) for length in RECENT_ANGLES]
     return [standard(part) for state in states for part in (state, direction * state)]
 
 

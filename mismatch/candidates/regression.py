@@ -169,7 +169,7 @@ class Regression:
         self.white = np.hstack([self.white, columns])
         return slice(first, self.white.shape[1])
 
-    def shift_data(self, shift: Array) -> None:
+    def shift_data(self, shift: Array | float) -> None:
         """Add whitened rows (V,) to the data."""
         self.white = np.column_stack([self.white[:, 0] + shift, self.white[:, 1:]])
 

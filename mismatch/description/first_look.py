@@ -109,21 +109,20 @@ class Look:
     shares: Array
 
     @property
-    def explains(self) -> bool:
-        """Whether it reduces the held-out error with ratios that are plausible mistakes."""
-        plausible = bool(np.all(np.abs(np.log(self.ratios)) < math.log(MAX_MISTAKE)))
-        return plausible and self.heldout < MAX_HELDOUT_ERROR * self.nominal
-
-    @property
     def far(self) -> NDArray[np.bool_]:
         """Which of the three ratios are grossly wrong, `(3,)`."""
         return np.asarray(np.abs(self.ratios - 1.0) > np.maximum(MIN_DEVIATION, MIN_SIGMAS * self.sigmas))
 
     @property
     def wrong(self) -> bool:
-        """Whether vehicle.toml is wrong; otherwise odometry itself fails, on ice or by scrub."""
+        """Whether vehicle.toml is wrong; otherwise odometry itself fails, on ice or by scrub.
+
+        With ratios that are plausible mistakes it must reduce the held-out error.
+        """
+        is_plausible = bool(np.all(np.abs(np.log(self.ratios)) < math.log(MAX_MISTAKE)))
+        explains = is_plausible and self.heldout < MAX_HELDOUT_ERROR * self.nominal
         scrub_alone = self.scrubs > 0.5 and not self.far[:2].any()
-        return self.explains and bool(self.wiring.faults or (self.far.any() and not scrub_alone))
+        return explains and bool(self.wiring.faults or (self.far.any() and not scrub_alone))
 
     def corrected(self, recording: Recording) -> Recording:
         """Return a recording with the corrected vehicle."""

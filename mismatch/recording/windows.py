@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.block import LINKAGE
 from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, expected_reading, grid, poses_at
 from omnimate.vehicle.arcs import twists_along, wheel_levers
 from omnimate.vehicle.compiled import IntArray, compiled
@@ -63,6 +64,12 @@ class Windows:
     def linkage(self) -> int:
         """Number of rows of the linkage, 3 or 0; the rows of poses follow, three for each truck."""
         return int(self.signals.reading.shape[1])
+
+    @property
+    def names(self) -> list[str]:
+        """What the rows of measurements are called."""
+        poses = [f"{truck}.{axis}" for truck in self.signals.trucks for axis in ("x", "y", "theta")]
+        return [*LINKAGE[: self.linkage], *poses]
 
     def at_ends(self, steps: Array) -> Array:
         """Return the values of steps `(N - 1, ...)` at the windows' ends, `(M + 1, ...)`."""

@@ -34,6 +34,11 @@ def fit_of(recordings, *terms):
     return fitted(signals, USUAL, terms, [np.zeros(len(term.probes)) for term in terms])
 
 
+def roughness(noise):
+    """Return how rough a floor is in all [m/sqrt(m)]: from window to window, and in waves."""
+    return float(np.hypot(noise.roughness, noise.waviness))
+
+
 def cut(recording, rows):
     """Return a recording of some samples only, of which one may come several times, at its first times."""
     counts = recording.counts[rows]

@@ -10,7 +10,7 @@ from omnimate.mismatch import diagnose
 from omnimate.mismatch.answer.doubts import MISFIT
 from omnimate.mismatch.candidates.terms import term
 from omnimate.mismatch.diagnosis import ASSERTED
-from omnimate.mismatch.heldout import HELD, held_out, nominal_of
+from omnimate.mismatch.heldout import HELD, held_out
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.recording import Lap, Poses, Recording, Run
 from tests.mismatch.conftest import fit_of
@@ -72,8 +72,8 @@ def test_circles_to_one_side_are_not_held_out_where_they_separate_two_numbers():
 def test_a_fit_without_any_of_its_effects_predicts_what_the_robot_as_described_does(drive, effect):
     recording = drive(effect("joint_bias", "joint_a", bias=5e-3))
     fit = fit_of([recording], term("joint_bias", "joint_a"))
-    whole = held_out(nominal_of(fit), fit)
-    empty = held_out(nominal_of(fit), fit, whole.kind, range(len(list(fit.everything()))))
+    whole = held_out(fit)
+    empty = held_out(fit, whole.kind, range(len(list(fit.everything()))))
     assert whole.gain.sum() > 100.0
     assert empty.gain.sum() == pytest.approx(0.0, abs=0.01 * whole.gain.sum())
     assert all(effects == () for effects in empty.effects)

@@ -170,7 +170,7 @@ def _posterior(recording: Recording, effect: Effect, noise: NoiseLevels | None =
         )
         regression = regression.with_noise(whiten_with_estimated_noise(nuisances).noise)
     places = regression.add(library)
-    return posterior_with_background(regression, library, places, np.zeros(len(regression.white)))
+    return posterior_with_background(regression, library, places)
 
 
 def _ways(posterior: Posterior, component: str) -> list[str]:

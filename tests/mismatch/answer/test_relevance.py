@@ -10,7 +10,7 @@ from omnimate.mismatch.answer.doubts import EVEN
 from omnimate.mismatch.answer.relevance import is_large, relevant
 from omnimate.mismatch.candidates.terms import term
 from omnimate.mismatch.diagnosis import Change
-from omnimate.mismatch.heldout import held_out, nominal_of
+from omnimate.mismatch.heldout import held_out
 from tests.mismatch.conftest import finding, fit_of
 
 
@@ -26,8 +26,8 @@ def test_an_error_without_a_name_is_large_where_it_exceeds_the_noise_of_a_nomina
 
 
 def relevant_of(fit, *findings):
-    residuals = held_out(nominal_of(fit), fit)
-    return relevant(findings, fit, nominal_of(fit), residuals, summary_of(fit, residuals))
+    residuals = held_out(fit)
+    return relevant(findings, fit, residuals, summary_of(fit, residuals))
 
 
 def test_an_effect_of_the_same_size_in_all_recordings_is_relevant(eccentric):

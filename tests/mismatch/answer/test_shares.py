@@ -6,7 +6,6 @@ import pytest
 from omnimate.mismatch.answer.omnibus import RELEVANT_SQUARE
 from omnimate.mismatch.answer.rerun import STRETCH
 from omnimate.mismatch.answer.shares import OUTLYING, largest_share, open_loop_shares, scaled
-from omnimate.mismatch.answer.where import row_names
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.unknown import raw_columns, unknown_errors
 
@@ -34,7 +33,7 @@ def fitted(hidden):
 def test_what_noise_hides_from_one_reading_to_the_next_shows_where_it_adds_up(hidden, fitted):
     number, columns, sizes = fitted
     scale, data = scaled(hidden.white[:, 0], hidden.channel)
-    names = row_names(hidden.windows[0])
+    names = hidden.windows[0].names
     at_once = largest_share(
         names, hidden.channel, data, (columns * sizes).sum(axis=1) / scale, np.ones(len(data))
     )

@@ -33,16 +33,16 @@ def test_both_answers_of_a_frequency_make_up_that_of_a_damped_oscillator(number)
 
 def test_a_robot_that_turns_the_other_way_has_reversed_since_by_as_much():
     yaw = 1e-3 * np.sin(0.3 * TIME)
-    both = zip(reversals(yaw, RECENT_ANGLES), reversals(-yaw, RECENT_ANGLES), strict=True)
+    both = zip(reversals(yaw), reversals(-yaw), strict=True)
     for number, (curve, mirrored) in enumerate(both):
         assert mirrored == pytest.approx(curve if number % 2 else -curve, abs=1e-9)
 
 
 def test_of_a_robot_that_hardly_ever_turns_back_no_reversal_is_known():
     forward = np.full(1000, 1e-3)
-    assert reversals(forward, RECENT_ANGLES) == []
-    assert reversals(np.append(forward, -1e-3), RECENT_ANGLES) == []
-    assert len(reversals(np.append(forward, -forward), RECENT_ANGLES)) == 2 * len(RECENT_ANGLES)
+    assert reversals(forward) == []
+    assert reversals(np.append(forward, -1e-3)) == []
+    assert len(reversals(np.append(forward, -forward))) == 2 * len(RECENT_ANGLES)
 
 
 def test_the_direction_of_turns_is_forgotten_by_turning_and_not_in_time():

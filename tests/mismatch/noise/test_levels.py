@@ -11,6 +11,7 @@ from omnimate.mismatch.noise import levels
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, NoiseLevels, estimate_noise, filter_of, variance_of
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.mismatch.recording.windows import windows_of
+from tests.mismatch.conftest import roughness
 
 TRUE = NoiseLevels(4e-4, 1e-4, 0.15, 1e-3, 4e-4, 6e-4, 3e-4, 1.4, 0.8)
 MOVED = 1e-4  # of a level's logarithm
@@ -73,8 +74,7 @@ def test_the_slopes_of_the_likelihood_are_its_differences(windows, nuisances):
 def test_levels_of_white_noise_are_found_within_a_factor_of_one_and_a_half(windows, seed):
     noisy = drawn(windows, TRUE, seed)
     found = estimate_noise([noisy], columns(noisy), waves=(TRUE.wave,))
-    floor = [np.hypot(noise.roughness, noise.waviness) for noise in (found, TRUE)]
-    assert floor[0] == pytest.approx(floor[1], rel=0.5)
+    assert roughness(found) == pytest.approx(roughness(TRUE), rel=0.5)
     for name in ("roughness", "creep", "joint_a", "joint_b", "link", "position", "heading"):
         assert 1.0 / 1.5 < getattr(found, name) / getattr(TRUE, name) < 1.5, name
 
@@ -118,8 +118,7 @@ def test_a_robot_with_a_large_effect_in_it_looks_no_quieter(drive, effect, name,
     plain, beside = (
         estimate_noise([own], columns(own, term(name, component)), waves=(0.15,)) for own in (healthy, ill)
     )
-    floor = [np.hypot(noise.roughness, noise.waviness) for noise in (plain, beside)]
-    assert floor[1] > floor[0] / 1.25
+    assert roughness(beside) > roughness(plain) / 1.25
 
 
 def test_the_levels_make_what_is_left_as_large_as_they_say(windows):
@@ -129,9 +128,7 @@ def test_the_levels_make_what_is_left_as_large_as_they_say(windows):
     assert left(healthy, usual) == pytest.approx(1.0, abs=0.1)
     trapped = replace(DEFAULT_LEVELS, joint_a=1e-9, joint_b=1e-9, link=1e-9)
     again = estimate_noise(healthy, raw, trapped, waves=(0.15,))
-    assert np.hypot(again.roughness, again.waviness) == pytest.approx(
-        np.hypot(usual.roughness, usual.waviness), rel=0.2
-    )
+    assert roughness(again) == pytest.approx(roughness(usual), rel=0.2)
     assert left(healthy, again) == pytest.approx(1.0, abs=0.1)
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, estimate_noise
 from omnimate.mismatch.scans.disturbances import inflate_disturbed_windows
+from tests.mismatch.conftest import roughness
 
 
 @pytest.fixture(scope="module")
@@ -16,11 +17,6 @@ def whitened(drive, regression):
         return own.with_noise(estimate_noise(own.windows, own.raw, waves=(0.15,)))
 
     return of
-
-
-def roughness(noise):
-    """Return how rough a floor is in all [m/sqrt(m)]: from window to window, and in waves."""
-    return float(np.hypot(noise.roughness, noise.waviness))
 
 
 def without_disturbances(own, start, turns):
