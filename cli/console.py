@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Protocol
 from rich.console import Console
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from rich.text import Text
 
 out = Console(highlight=False, markup=False, emoji=False, soft_wrap=True)  # the terminal wraps lines
 err = Console(stderr=True, highlight=False, emoji=False)
 PROGRESS_PERIOD = 10.0  # [s] between two lines of progress where there is no terminal
+REFRESH = 0.25  # [s] between two updates of a status line
 _problems: list[str] = []
 
 
@@ -78,12 +79,42 @@ def progress_bar(doing: str) -> Iterator[ProgressUpdate]:
 
 def _progress_lines(doing: str) -> ProgressUpdate:
     """Return what prints a line of progress on stderr, at most every `PROGRESS_PERIOD`."""
-    due = time.monotonic() + PROGRESS_PERIOD
+    is_due = _every(PROGRESS_PERIOD)
 
     def update(done: float, total: float, what: str | None = None, /) -> None:
-        nonlocal due
-        if time.monotonic() >= due:
-            due = time.monotonic() + PROGRESS_PERIOD
+        if is_due():
             note(f"{what or doing}: {done / total:.0%}" if total else f"{what or doing} ...")
 
     return update
+
+
+@contextmanager
+def status_line() -> Iterator[Callable[[Callable[[], str]], None]]:
+    """Show a line on stderr, or one now and then where there is no terminal.
+
+    Given is what updates it by a function that returns the words, which is called where they are shown.
+    """
+    from rich.live import Live
+    from rich.text import Text
+
+    if not err.is_terminal:
+        is_due = _every(PROGRESS_PERIOD)
+        yield lambda words: note(words()) if is_due() else None
+        return
+    is_due = _every(REFRESH)
+    with Live(console=err, transient=True, auto_refresh=False) as live:
+        yield lambda words: live.update(Text(words()), refresh=True) if is_due() else None
+
+
+def _every(period: float) -> Callable[[], bool]:
+    """Return a function that says whether a period [s] has passed since it said so, or since now."""
+    due = time.monotonic() + period
+
+    def is_due() -> bool:
+        nonlocal due
+        if time.monotonic() < due:
+            return False
+        due = time.monotonic() + period
+        return True
+
+    return is_due

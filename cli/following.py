@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING
 
-from rich.live import Live
-from rich.text import Text
-
-from omnimate.cli.console import err
+from omnimate.cli.console import status_line
 from omnimate.cli.descriptions import descriptions_of
 
 if TYPE_CHECKING:
@@ -21,8 +19,6 @@ if TYPE_CHECKING:
     from omnimate.driver.robot.recorder import Recorder
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.sample import Sample
-
-REFRESH = 0.25  # [s] between two updates of the status line
 
 
 def open_reader(
@@ -49,14 +45,12 @@ def follow(
 
     `status` returns the line for the last sample and the time since the first one [s].
     """
-    first, shown = math.nan, -math.inf
-    with Live(console=err, transient=True, auto_refresh=False) as live:
+    first = math.nan
+    with status_line() as show:
         for sample in samples:
             first = sample.time if math.isnan(first) else first
             yield sample
             passed = sample.time - first
-            if sample.time - shown >= REFRESH:
-                shown = sample.time
-                live.update(Text(status(sample, passed)), refresh=True)
+            show(partial(status, sample, passed))
             if seconds is not None and passed >= seconds:
                 return

@@ -6,6 +6,7 @@ from omnimate.cli.console import (
     print_error,
     progress_bar,
     report_problem,
+    status_line,
     take_problems,
     warn,
 )
@@ -36,3 +37,13 @@ def test_without_a_terminal_progress_is_a_line_now_and_then(capsys, monkeypatch)
         progress(30, 100, "fitting")
         progress(7, 0, "fitting")
     assert capsys.readouterr().err == "reading: 20%\nfitting ...\n"
+
+
+def test_without_a_terminal_a_status_line_is_printed_now_and_then(capsys, monkeypatch):
+    monkeypatch.setattr("omnimate.cli.console.PROGRESS_PERIOD", 10.0)
+    now = iter([0.0, 1.0, 10.0, 10.0, 19.0, 20.0, 20.0])
+    monkeypatch.setattr("omnimate.cli.console.time", SimpleNamespace(monotonic=lambda: next(now)))
+    with status_line() as show:
+        for count in range(4):
+            show(lambda count=count: f"{count} samples")
+    assert capsys.readouterr().err == "1 samples\n3 samples\n"
