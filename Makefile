@@ -39,8 +39,9 @@ mutation: $(VENV)/.installed-dev
 	$(BIN)/python .ci/mutation.py $(FILE)
 
 # The same of the listed files that differ from the commit BASE, or whose tests do.
+MUTATION_SECONDS ?= inf
 mutation-touched: $(VENV)/.installed-dev
-	$(BIN)/python .ci/mutation.py --touched-since $(BASE)
+	$(BIN)/python .ci/mutation.py --touched-since $(BASE) --seconds $(MUTATION_SECONDS)
 
 lint: $(VENV)/.installed-dev .mypy_path/omnimate
 	$(BIN)/ruff check .

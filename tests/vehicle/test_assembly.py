@@ -28,6 +28,7 @@ from omnimate.vehicle.parameters import Bus, Encoder, Truck, VehicleParameters
 from omnimate.vehicle.recording import Gap
 
 PERIOD, BEGIN = 1 / 64, 2.0  # [s] between SYNCs and of the first; binary, so that sums are exact
+ROUNDING = 4  # counts: of both wheels, at both ends of the gap
 OPPOSITE = ({"sign": 1, "counts_per_turn": 40_000.0}, {"sign": -1, "counts_per_turn": 20_000.0})
 
 
@@ -288,3 +289,40 @@ def test_a_channel_is_absent_exactly_within_its_gaps(presence):
             assert row[column] or any(gap.start <= time <= gap.end for gap in gaps)
             assert not row[column] or not any(gap.start < time < gap.end for gap in gaps)
         assert all(before.end <= after.start for before, after in itertools.pairwise(gaps))
+
+
+def drive(truth, column, missing, restart):
+    """Return the counts of a drive in which a counter is not read for some samples and then restarts."""
+    bus, rows = Steps(), []
+    for number, row in enumerate(truth.tolist()):
+        raw = [*row]
+        for lost in column:
+            raw[lost] = row[lost] - int(truth[restart, lost]) if number >= restart else raw[lost]
+            if number == restart:
+                take_boot(bus.pdos, lost + 1)
+                take_start(bus.pdos, lost + 1)
+            if number in missing:
+                raw[lost] = None
+        rows.append(bus.sample(*raw)[0])
+    return np.array(rows)
+
+
+@given(st.integers(-400, 400), st.floats(-3, 3), st.integers(0, 1), st.integers(1, 40))
+def test_driving_at_a_constant_proportion_loses_nothing(speed, ratio, column, gap):
+    """A straight, an arc or a turn on the spot: the restarted wheel ends within a count of the truth."""
+    steps = np.arange(120)
+    truth = np.stack([steps * speed, np.round(-steps * speed * ratio / 2)], axis=1).astype(np.int64)
+    found = drive(truth, [column], range(50, 50 + gap), 50 + gap)
+    still = abs(truth[1, 1 - column]) * (2, 1)[column] * 4 < abs(truth[1, column]) * (1, 2)[column]
+    lost = abs(int(truth[50 + gap, column] - truth[49, column]))
+    error = np.abs(found[-1, column] - truth[-1, column])
+    assert error <= lost + ROUNDING, "never worse than what the lost samples explain"
+    if not still and abs(truth[1, 1 - column]) > 25:
+        assert error <= 0.01 * lost + ROUNDING, "rounding of the proportion only"
+
+
+def test_a_standing_robot_loses_nothing_and_both_wheels_at_once_stay_where_they_were():
+    standing = np.tile([5000, -900], (30, 1))
+    assert drive(standing, [0], (), 20).tolist() == standing.tolist()
+    moving = np.stack([np.arange(30) * 10, -np.arange(30) * 5], axis=1)
+    assert drive(moving, [0, 1], (), 20)[20].tolist() == moving[19].tolist()
