@@ -97,11 +97,10 @@ def status_line() -> Iterator[Callable[[Callable[[], str]], None]]:
     from rich.live import Live
     from rich.text import Text
 
+    is_due = _every(REFRESH if err.is_terminal else PROGRESS_PERIOD)
     if not err.is_terminal:
-        is_due = _every(PROGRESS_PERIOD)
         yield lambda words: note(words()) if is_due() else None
         return
-    is_due = _every(REFRESH)
     with Live(console=err, transient=True, auto_refresh=False) as live:
         yield lambda words: live.update(Text(words()), refresh=True) if is_due() else None
 

@@ -97,7 +97,7 @@ def test_loosened_rows_are_whitened_by_the_root_of_the_whole_noise(seed, width, 
 
 
 def judged(seed, background=((1, 2), (0.05, 0.05)), order=None, truth=(1.5, -1.0, 0.0, 0.0)):
-    """Return the posterior of four candidates, of which some are there, beside a background."""
+    """Return the posterior of four candidates, of which some are there, over a background."""
     terms = [candidate(*key) for key in EFFECTS]
     sizes = tuple(map(np.array, background)) if background else None
     return drawn(waves([400.0] * len(terms), seed), terms, np.array(truth), seed, sizes, order)

@@ -102,8 +102,8 @@ def test_a_large_effect_that_is_a_nuisance_changes_no_level(windows):
     push, seen = push.copy(), seen.copy()
     push[..., 0] += 3.0 * push[..., 1]
     seen[..., 0] += 3.0 * seen[..., 1]
-    beside = estimate_noise([noisy], [(push, seen)], waves=(TRUE.wave,))
-    np.testing.assert_allclose(beside.levels(), plain.levels(), atol=0.1)
+    with_effect = estimate_noise([noisy], [(push, seen)], waves=(TRUE.wave,))
+    np.testing.assert_allclose(with_effect.levels(), plain.levels(), atol=0.1)
 
 
 @pytest.mark.parametrize(
@@ -115,10 +115,10 @@ def test_a_robot_with_a_large_effect_in_it_looks_no_quieter(drive, effect, name,
         windows_of(signals_of(drive(*effects, laps=1)))
         for effects in ((), (effect(name, component, **values),))
     )
-    plain, beside = (
+    plain, with_effect = (
         estimate_noise([own], columns(own, term(name, component)), waves=(0.15,)) for own in (healthy, ill)
     )
-    assert roughness(beside) > roughness(plain) / 1.25
+    assert roughness(with_effect) > roughness(plain) / 1.25
 
 
 def test_the_levels_make_what_is_left_as_large_as_they_say(windows):

@@ -32,7 +32,7 @@ def shaking(effect):
     return shaken_from(effect, 0.0)
 
 
-def told_of(*recordings):
+def obstacles_of(*recordings):
     """Return the obstacles of recordings of one robot."""
     signals = [signals_of(recording) for recording in recordings]
     own = Regression([windows_of(single) for single in signals], USUAL, ())
@@ -42,18 +42,18 @@ def told_of(*recordings):
 
 @pytest.fixture(scope="module")
 def met(drive):
-    """Return a function that tells the obstacles of a drive with effects."""
-    return lambda *effects: told_of(drive(*effects))
+    """Return a function that finds the obstacles of a drive with effects."""
+    return lambda *effects: obstacles_of(drive(*effects))
 
 
 @pytest.mark.slow
-def test_obstacles_are_told_by_what_they_leave_behind_however_they_shake_the_truck(met, shaking):
-    told = met(*shaking)
-    assert [term.component for term in told.terms] == ["a.left"]
-    (term,) = told.terms
+def test_obstacles_are_found_by_what_they_leave_behind_however_they_shake_the_truck(met, shaking):
+    found = met(*shaking)
+    assert [term.component for term in found.terms] == ["a.left"]
+    (term,) = found.terms
     assert len(term.fixed["times"]) == len(TIMES)
     np.testing.assert_allclose(term.fixed["times"], TIMES, atol=2.0 * WINDOW)
-    effect = term.built(told.values[0])
+    effect = term.built(found.values[0])
     assert np.mean(effect.lost) == pytest.approx(TAKEN, rel=0.1)
     assert term.odds > 20.0
 
@@ -83,16 +83,16 @@ def test_what_is_no_obstacle_is_none_however_often_it_happens(met, effect, name,
 
 
 @pytest.mark.slow
-def test_obstacles_in_several_recordings_are_told_together(drive, effect):
-    told = told_of(*(drive(*shaken_from(effect, start), start_time=start) for start in (0.0, 1000.0)))
-    assert [term.component for term in told.terms] == ["a.left"]
-    assert all(np.any(pushes > 0.0) for pushes in told.disturbances)
+def test_obstacles_in_several_recordings_are_found_together(drive, effect):
+    found = obstacles_of(*(drive(*shaken_from(effect, start), start_time=start) for start in (0.0, 1000.0)))
+    assert [term.component for term in found.terms] == ["a.left"]
+    assert all(np.any(pushes > 0.0) for pushes in found.disturbances)
 
 
 def test_a_quiet_drive_meets_none_and_is_not_shaken(met):
-    told = met()
-    assert told.terms == []
-    assert not told.disturbances[0].any()
+    found = met()
+    assert found.terms == []
+    assert not found.disturbances[0].any()
 
 
 def test_fewer_are_left_to_the_search(met, effect):
@@ -117,6 +117,6 @@ def test_the_answer_names_the_obstacles_and_nothing_that_they_shake(drive, shaki
 
 
 @pytest.mark.slow
-def test_obstacles_are_not_told_where_bumps_are_left_out_of_the_library(drive, shaking):
+def test_obstacles_are_not_named_where_bumps_are_left_out_of_the_library(drive, shaking):
     answer = diagnose([drive(*shaking)], without=["bump"])
     assert "bump" not in {finding.effect for finding in answer.findings}
