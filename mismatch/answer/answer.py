@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.mismatch.answer.averaged import averaged
-from omnimate.mismatch.answer.decisions import beyond_noise, possible, with_likelier_rivals
+from omnimate.mismatch.answer.decisions import beyond_noise, reported, with_likelier_rivals
 from omnimate.mismatch.answer.drawn import evidence_of
 from omnimate.mismatch.answer.findings import found, merged, ordered, parameters_of, without_name
 from omnimate.mismatch.answer.omnibus import leftover
@@ -43,7 +43,7 @@ def answer(investigation: Investigation) -> Diagnosis:
     if left.relevant:
         present, nameless = [*present, *nameless], []
     findings, traces = relevant(ordered(merged(present)), fit, residuals, summary)
-    findings, traces = possible(with_likelier_rivals(findings), (*traces, *nameless))
+    findings, traces = reported(with_likelier_rivals(findings), (*traces, *nameless))
     findings, traces = beyond_noise(fit.regression, summary, findings, traces)
     acting = averaged(fit)
     effects = (*fit.chosen.effects, *acting.effects)

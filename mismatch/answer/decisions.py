@@ -9,6 +9,7 @@ from omnimate.effects.block import LINKAGE
 from omnimate.effects.words import component_in_words
 from omnimate.mismatch.answer.doubts import EVEN, MISFIT, SUREST
 from omnimate.mismatch.answer.findings import merged, ordered
+from omnimate.mismatch.answer.omnibus import RELEVANT
 from omnimate.mismatch.answer.rivals import POSSIBLE
 from omnimate.mismatch.candidates.terms import UNKNOWN
 from omnimate.mismatch.diagnosis import ASSERTED, Alternative, Finding, Where
@@ -55,16 +56,23 @@ def with_likelier_rivals(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return ordered(merged(answered))
 
 
-def possible(
+def reported(
     findings: Sequence[Finding], traces: Sequence[Finding]
 ) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
-    """Return findings that are possible, themselves or a rival of theirs, and the others with the traces."""
+    """Return findings that are possible, themselves or a rival of theirs, and the others with the traces.
 
-    def is_possible(finding: Finding) -> bool:
+    Next to a name that is not doubted, what has none must be a twentieth of the mismatch: what is less may be
+    what the name's law leaves.
+    """
+    has_name = any(finding.effect != UNKNOWN and finding.probability > EVEN for finding in findings)
+
+    def is_reported(finding: Finding) -> bool:
+        if has_name and finding.effect == UNKNOWN and finding.explained < RELEVANT:
+            return False
         return finding.probability + sum(rival.probability for rival in finding.alternatives) >= POSSIBLE
 
-    others = (finding for finding in findings if not is_possible(finding))
-    return tuple(filter(is_possible, findings)), (*others, *traces)
+    others = (finding for finding in findings if not is_reported(finding))
+    return tuple(filter(is_reported, findings)), (*others, *traces)
 
 
 def beyond_noise(
@@ -86,7 +94,7 @@ def beyond_noise(
         return (_missed(worst, missed[worst], "largest noise that such an encoder has"), *findings), traces
     if findings or fit.heldout.after < MISFIT:
         return findings, traces
-    findings, traces = possible(with_likelier_rivals(traces), ())
+    findings, traces = reported(with_likelier_rivals(traces), ())
     if findings:
         return findings, traces
     worst = max(missed, key=lambda name: missed[name])

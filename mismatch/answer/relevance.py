@@ -8,7 +8,6 @@ import numpy as np
 from scipy.special import stdtr
 
 from omnimate.mismatch.answer.constancy import UNUSUAL
-from omnimate.mismatch.answer.doubts import EVEN
 from omnimate.mismatch.answer.nominal import innovations, open_loop
 from omnimate.mismatch.answer.omnibus import RELEVANT, RELEVANT_SQUARE
 from omnimate.mismatch.answer.rerun import rerun
@@ -35,19 +34,15 @@ def relevant(
     Findings are relevant together, if the simulator that has them misses some channel by a twentieth less
     where no fit has seen it, from one reading to the next or open loop. Those that last, and pushes, must
     predict such data better than the robot as described does, and each of them better than the others do
-    without it. Next to a name that is not doubted, what has none must also be a twentieth of the mismatch, as
-    what is less may be what its law leaves; and where it has a law, of what a nominal robot misses, as every
-    floor makes it miss some.
+    without it. What has a law and no name must also change a twentieth of what a nominal robot misses, as
+    every floor makes it miss some.
     """
     laws = {effect.component for effect in fit.chosen.effects if effect.name == "law"}
     misses = _misses(fit.regression, summary, laws)
     predicts = _falls(fit, residuals.before, residuals.after) or _shrinks(summary.rerun.values())
-    has_name = any(finding.effect != UNKNOWN and finding.probability > EVEN for finding in present)
 
     def is_relevant(finding: Finding) -> bool:
         if not is_large(finding, misses, laws):
-            return False
-        if has_name and finding.effect == UNKNOWN and finding.explained < RELEVANT:
             return False
         numbers = _numbers(fit, finding)
         return not numbers or (predicts and _adds(numbers, fit, residuals, summary))

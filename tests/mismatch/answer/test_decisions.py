@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from omnimate.mismatch import diagnose
-from omnimate.mismatch.answer.decisions import beyond_noise, possible, with_likelier_rivals
+from omnimate.mismatch.answer.decisions import beyond_noise, reported, with_likelier_rivals
 from omnimate.mismatch.answer.doubts import EVEN, MISFIT, SUREST
+from omnimate.mismatch.answer.omnibus import RELEVANT
 from omnimate.mismatch.answer.rivals import POSSIBLE
 from omnimate.mismatch.diagnosis import Alternative, Change
 from tests.mismatch.conftest import finding
@@ -17,7 +18,20 @@ from tests.mismatch.conftest import finding
 def test_what_is_hardly_possible_is_a_trace_unless_a_rival_of_it_is():
     likely, unlikely, trace = (finding("wheelbase", share * POSSIBLE, 0.9) for share in (1.0, 0.9, 2.0))
     rivalled = replace(unlikely, alternatives=(Alternative("unknown", "a", 0.9),))
-    assert possible([likely, unlikely, rivalled], [trace]) == ((likely, rivalled), (unlikely, trace))
+    assert reported([likely, unlikely, rivalled], [trace]) == ((likely, rivalled), (unlikely, trace))
+
+
+def test_next_to_a_name_what_has_none_must_be_a_twentieth_of_the_mismatch():
+    """The name's law may leave a part that is small. Where no name is sure, none leaves it."""
+    named, large, small = (
+        finding("wheelbase", 0.9, 0.9),
+        finding("unknown", 0.9, RELEVANT),
+        finding("unknown", 0.9, 0.9 * RELEVANT),
+    )
+    assert reported([named, large, small], []) == ((named, large), (small,))
+    doubted = replace(named, probability=EVEN)
+    assert reported([doubted, small], []) == ((doubted, small), ())
+    assert reported([small], [named]) == ((small,), (named,))
 
 
 @pytest.mark.parametrize("missed", [0.9 * MISFIT, MISFIT])

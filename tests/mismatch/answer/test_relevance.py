@@ -1,12 +1,9 @@
 """What is found is relevant where it predicts what no fit has seen; otherwise it is a trace."""
 
-from dataclasses import replace
-
 from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimate.mismatch.answer.answer import summary_of
-from omnimate.mismatch.answer.doubts import EVEN
 from omnimate.mismatch.answer.relevance import is_large, relevant
 from omnimate.mismatch.candidates.terms import term
 from omnimate.mismatch.diagnosis import Change
@@ -49,14 +46,3 @@ def test_an_effect_that_is_not_there_is_a_trace_next_to_one_that_is(eccentric):
     )
     there, absent = finding("wheel_eccentricity"), finding("joint_bias", component="joint_a")
     assert relevant_of(fit, there, absent) == ((there,), (absent,))
-
-
-def test_next_to_named_effects_what_no_effect_of_the_fit_describes_is_judged_by_its_size(eccentric):
-    """Their laws may leave a part that is small. Where no name is sure, none leaves it."""
-    fit = fit_of(eccentric(6e-4, 6e-4), term("wheel_eccentricity", "b.left"))
-    named, lawless = finding("wheel_eccentricity"), finding("unknown", component="a")
-    small = replace(lawless, explained=0.01)
-    assert relevant_of(fit, named, lawless, small) == ((named, lawless), (small,))
-    assert relevant_of(fit, small) == ((small,), ())
-    doubted = replace(named, probability=EVEN)
-    assert relevant_of(fit, doubted, small) == ((doubted, small), ())
