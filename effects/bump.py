@@ -5,7 +5,7 @@ crossing as for a stiff wheel on an edge, by the law of `effects.crossing`.
 
 It is seen as a sudden heading error of the lost travel, divided by the wheelbase.
 
-It is confused with a short slip patch.
+It is confused with a short slip patch. Any floor has edges of 0.9 mm, at which a wheel loses 0.09 mm.
 
 The source is C (1)-(3), with the exact arc in place of the printed approximation.
 """

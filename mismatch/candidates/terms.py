@@ -155,8 +155,13 @@ class Term:
 
     @property
     def nuisance_size(self) -> float:
-        """What any robot meets of it at some moment, in declared sizes: no column is nominal for that."""
+        """What any robot has of it at some moment, in declared sizes, and its rivals do not explain."""
         return 0.0
+
+    @property
+    def ordinary_size(self) -> float:
+        """What any robot meets of it at some moment, in declared sizes: no more is no fault."""
+        return self.kind.prior.background if self.is_event else 0.0
 
     @property
     def discrepancy(self) -> float:

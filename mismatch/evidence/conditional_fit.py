@@ -307,7 +307,7 @@ class ConditionalFit:
         columns = list(self.candidates.columns(candidate))
         term = self.candidates.terms[candidate]
         rows, residual = self._without_background(columns, term.key)
-        gram, score = rows.T @ rows, rows.T @ residual
+        whole = gram, score = rows.T @ rows, rows.T @ residual
         prior = np.eye(len(columns)) / MEMBER_SIZE**2
         fitted: Array = np.asarray(np.linalg.solve(gram + prior, score), np.float64)
         lasting = term.is_unknown and not term.is_local
@@ -325,6 +325,9 @@ class ConditionalFit:
         overdispersion = self._overdispersion(rows, after, gram)
         white_evidence = self._evidence(term, gram, score, discrepancy_gain)
         evidence = self._evidence(term, gram, score, discrepancy_gain, overdispersion)
+        if term.ordinary_size > 0.0:
+            ordinary = log_evidence(whole[0] / overdispersion, whole[1] / overdispersion, term.ordinary_size)
+            evidence -= max(0.0, float(ordinary))
         covariance = np.linalg.inv(gram / overdispersion + prior).astype(np.float64)
         coefficients = np.asarray(covariance @ (score / overdispersion))
         absurd = np.any(np.abs(coefficients) > LINEAR_RANGE * term.largest)

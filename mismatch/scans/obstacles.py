@@ -64,6 +64,11 @@ class Train(Term):
         return _obstacles(self.component, self.fixed["times"], max(float(coefficients[0]), 0.0), self.shares)
 
     @property
+    def ordinary_size(self) -> float:
+        """What any robot meets at each obstacle differs, and their mean is less."""
+        return OBSTACLE.prior.background / math.sqrt(len(self.shares))
+
+    @property
     def held(self) -> float:
         """Fixed size: fitting it would absorb the transient shaking."""
         return self.mean

@@ -218,6 +218,17 @@ def test_a_floor_with_two_bumps_has_more_of_them_for_the_same_wheel():
     assert ruled_out.candidates.odds(2, (0, 1)) == -np.inf
 
 
+@given(seed=SEEDS)
+def test_an_event_as_any_robot_meets_it_is_no_fault_however_clear_it_is(seed):
+    """Against its rivals, which are as clear, it counts as before."""
+    event = candidate("bump", "a.left", times=(1.0,))
+    ordinary = event.kind.prior.background
+    for size in (ordinary, 20.0 * ordinary):
+        judgement = drawn(waves([1e6], seed), [event], np.array([size]), seed).given(()).judge(0)
+        assert (judgement.log_odds > 0.0) == (size > ordinary)
+        assert judgement.white_log_odds > 100.0
+
+
 def test_a_truck_with_one_wrong_number_was_not_calibrated():
     keys = [("wheel_diameter", "a.left"), ("wheelbase", "a"), ("wheelbase", "b"), ("latency", "a.left")]
     terms = [candidate(*key, odds=0.03) for key in keys]
