@@ -10,11 +10,11 @@ const EFFECTS = {
   floor_slope: t("floor_slope"), castor_kick: t("castor_kick"), reference_offset: t("reference_offset"),
   joint_bias: t("joint_bias"), joint_eccentricity: t("joint_eccentricity"), joint_backlash: t("joint_backlash"),
   link_bias: t("link_bias"), link_eccentricity: t("link_eccentricity"), link_scale: t("link_scale"),
-  latency: t("latency"), clock_drift: t("clock_drift"), law: t("law"),
+  latency: t("latency"), clock_drift: t("clock_drift"), law: t("law"), unknown: t("unknown"),
 };
 const COMPONENTS = {
   "a.left": t("a.left"), "a.right": t("a.right"), "b.left": t("b.left"), "b.right": t("b.right"), a: t("a"), b: t("b"),
-  joint_a: t("joint_a"), joint_b: t("joint_b"), link: t("link"), poses: t("poses"),
+  left: t("left"), right: t("right"), joint_a: t("joint_a"), joint_b: t("joint_b"), link: t("link"), poses: t("poses"),
 };
 
 /** The name of an effect; one that this page does not know stays as it is. */

@@ -522,6 +522,24 @@ def test_findings_are_in_the_pages_language_and_those_of_one_floor_are_chosen(br
         expect(page.locator("#fleet-robot-says")).to_contain_text("die Triage verlangt", timeout=SOON)
 
 
+def test_what_a_diagnosis_found_has_names_in_the_pages_language(browser, address, picture):
+    job = {"id": "1", "recordings": ["1"], "state": "done", "verdict": "mismatch", "says": "It differs.",
+           "progress": 1.0, "doing": "", "error": None, "attempts": 1, "created": 1.7e9}  # fmt: skip
+    result = {"findings": [
+        {"effect": "wheel_diameter", "component": "a.left", "probability": 0.98},
+        {"effect": "unknown", "component": "b", "probability": 0.5},
+    ]}  # fmt: skip
+    with opened(browser, address, "de-DE") as page:
+        page.route("**/v1/diagnoses?*", lambda route: route.fulfill(json={"items": [job], "next": None}))
+        page.route("**/v1/diagnoses/1/result", lambda route: route.fulfill(json=result))
+        page.locator("#tab-recordings").click()
+        expect(page.locator("#jobs .found")).to_have_text(
+            "Raddurchmesser, linkes Rad von Wagen a (98 %); Fehler ohne Namen, Wagen b (50 %)", timeout=SOON
+        )
+        expect(page.locator("#jobs .says")).to_have_attribute("lang", "en")
+        picture(page, "diagnosis-german")
+
+
 def test_fields_of_the_german_page_show_a_comma_and_take_a_comma_or_a_point(browser, address):
     with opened(browser, f"{address}/#vehicle", "de-DE") as page:
         field = page.locator("#edit-truck-a-wheelbase")
