@@ -155,12 +155,12 @@ class Term:
 
     @property
     def nuisance_size(self) -> float:
-        """What any robot has of it at some moment, in declared sizes, and its rivals do not explain."""
+        """What any robot meets of it at some moment, in declared sizes: less counts for nothing."""
         return 0.0
 
     @property
     def ordinary_size(self) -> float:
-        """What any robot meets of it at some moment, in declared sizes: no more is no fault."""
+        """The same of what has a name: less is no fault, and counts in full against its rivals."""
         return self.kind.prior.background if self.is_event else 0.0
 
     @property

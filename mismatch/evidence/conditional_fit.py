@@ -71,8 +71,8 @@ class Judgement:
     coefficients: Array  # its size, in declared ones, shape `(k,)`
     covariance: Array  # of them, shape `(k, k)`
     overdispersion: float = 1.0  # factor by which squares of noise exceed those of white noise
-    # log posterior odds that it is there: prior odds, and the smaller of the log Bayes factor against none
-    # and of the gain in log predictive density, both with overdispersed noise
+    # log posterior odds that it is there: prior odds, and the smaller of the log Bayes factor (against none,
+    # or an event of any robot) and of the gain in log predictive density, both with overdispersed noise
     log_odds: float = IMPOSSIBLE
     heldout_gain: float = IMPOSSIBLE  # in log predictive density of held-out data, with overdispersed noise
     white_log_odds: float = IMPOSSIBLE  # if noise is white: by these, rivals, which share it, are compared

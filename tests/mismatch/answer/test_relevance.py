@@ -46,3 +46,10 @@ def test_an_effect_that_is_not_there_is_a_trace_next_to_one_that_is(eccentric):
     )
     there, absent = finding("wheel_eccentricity"), finding("joint_bias", component="joint_a")
     assert relevant_of(fit, there, absent) == ((there,), (absent,))
+
+
+def test_what_no_effect_of_the_fit_describes_is_relevant_next_to_a_name_and_alone(eccentric):
+    fit = fit_of(eccentric(6e-4, 6e-4), term("wheel_eccentricity", "b.left"))
+    named, lawless = finding("wheel_eccentricity"), finding("unknown", component="a")
+    assert relevant_of(fit, named, lawless) == ((named, lawless), ())
+    assert relevant_of(fit, lawless) == ((lawless,), ())

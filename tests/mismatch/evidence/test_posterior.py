@@ -220,7 +220,7 @@ def test_a_floor_with_two_bumps_has_more_of_them_for_the_same_wheel():
 
 @given(seed=SEEDS)
 def test_an_event_as_any_robot_meets_it_is_no_fault_however_clear_it_is(seed):
-    """Against its rivals, which are as clear, it counts as before."""
+    """Against its rivals it counts in full."""
     event = candidate("bump", "a.left", times=(1.0,))
     ordinary = event.kind.prior.background
     for size in (ordinary, 20.0 * ordinary):
