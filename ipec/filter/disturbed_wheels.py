@@ -28,8 +28,8 @@ EQUAL_SCORE_MARGIN = 4.0  # [squared standard deviations] two inputs closer than
 MAX_ATTEMPTS, WHEEL_ATTEMPTS = 4, 2  # inputs per step that are distrusted in turn, the first ones wheels
 # Prior odds of a bump, one per metre (O 3), against a push, one per kilometre (assumption).
 BUMP_TO_PUSH_LOG_ODDS = math.log(1e3)
-# [1] That what looks like a push is two bumps at once: in 50 mm two bumps of one per metre, whose losses of
-# up to 5 mm are equal to 0.1 mm (5e-5), against one push (5e-5).
+# [1] That what no single wheel explains is two bumps at once, and no push: in 50 mm two bumps of one per
+# metre, whose losses of up to 5 mm are equal to 0.1 mm (5e-5), against one push (5e-5).
 TWO_BUMPS_PROBABILITY = 0.5
 SLIP_GATE_FACTOR = 3.0  # [1] gate of slip of a truck, over the gate of a wheel; assumption: slip is rarer
 # Speed over that in the previous step below which a wheel brakes, and may slip forward: 0.5 m/s^2 at 0.7 m/s.
@@ -157,7 +157,7 @@ def distrust_best(
     best = scores[first:last].max()
     if best < (settings.gate if first == 0 else SLIP_GATE_FACTOR * settings.gate):
         return False
-    if attempt == 0 and push < settings.gate < wheel:
+    if attempt == 0 and wheel > settings.gate:
         doubt_heading(state, opened, SIDES + int(scores[SIDES:AHEAD].argmax()))
     for number in range(first, last):
         if scores[number] >= best - EQUAL_SCORE_MARGIN and scores[number] > 0.0:
@@ -212,7 +212,7 @@ def fill_noise_levels(settings: FilterSettings, state: FilterState, opened: Open
 
 @compiled
 def doubt_heading(state: FilterState, opened: OpenFilter, push: int) -> None:
-    """Add the variance of the heading where a sideways push, or two wheels on bumps, explain the readings.
+    """Add the variance of the heading where no single wheel, but a push or two bumps, explain the readings.
 
     A push of one truck turns the link against both trucks. Two wheels, one of each truck, that lose the same
     travel turn both trucks by that angle, and not the link; the readings are the same. Argument `push` is the
