@@ -22,7 +22,7 @@ from omnimate.files.recordings.folder import save_recording
 from omnimate.files.recordings.zipped import pack
 from omnimate.fleet.hall.hall import draw_hall, write_store
 from omnimate.ipec.tracker import track_recording
-from omnimate.motion.paths import rounded_rectangle, umbmark
+from omnimate.motion.paths import out_and_back, rounded_rectangle, umbmark
 from omnimate.service.app import create_app
 from omnimate.service.components import Components
 from omnimate.service.robot.robot_server import serve_robot
@@ -214,11 +214,18 @@ def zip_of(recording):
 
 
 @cache
-def drive_zip(side, *, calibrated=False):
+def drive_zip(side):
     """Simulate a square of a side each way; return its recording as a zip."""
     vehicle = reference_vehicle()
     program = umbmark(side, 1, speed=0.4, link_length=vehicle.linkage.length)
-    return zip_of(simulate(vehicle, Truth(vehicle if calibrated else uncalibrated(vehicle), seed=3), program))
+    return zip_of(simulate(vehicle, Truth(uncalibrated(vehicle), seed=3), program))
+
+
+@cache
+def short_zip(length):
+    """Simulate a drive out and back, too short to diagnose anything; return its recording as a zip."""
+    vehicle = reference_vehicle()
+    return zip_of(simulate(vehicle, Truth(vehicle, seed=3), out_and_back(length, 1)))
 
 
 @cache
@@ -239,9 +246,9 @@ def day_zip():
         return zipped({str(path.relative_to(place)): path.read_bytes() for path in files})
 
 
-def uploaded(client, side, **options):
-    """Upload such a recording; return its id."""
-    return client.post("/v1/recordings", content=drive_zip(side, **options), headers=ZIP).json()["id"]
+def uploaded(client, content):
+    """Upload the zip of a recording; return its id."""
+    return client.post("/v1/recordings", content=content, headers=ZIP).json()["id"]
 
 
 def manual_runs(count=1, scatter=0.0):

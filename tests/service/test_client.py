@@ -7,7 +7,7 @@ from io import BytesIO
 import pytest
 
 from omnimate.client import Client, ProblemError
-from tests.service.conftest import drive_zip, manual_runs
+from tests.service.conftest import manual_runs, short_zip
 
 QUICKLY = 0.02  # [s] between two looks at a job
 
@@ -22,7 +22,7 @@ def api(url):
 def folder(tmp_path_factory):
     """A folder with a recording."""
     unpacked = tmp_path_factory.mktemp("upload") / "lap"
-    with zipfile.ZipFile(BytesIO(drive_zip(0.5, calibrated=True))) as archive:
+    with zipfile.ZipFile(BytesIO(short_zip(0.5))) as archive:
         archive.extractall(unpacked)
     return unpacked
 

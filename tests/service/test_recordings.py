@@ -24,7 +24,7 @@ def test_a_recording_is_kept_byte_for_byte_until_it_is_deleted(service):
 
 
 def test_a_session_takes_every_square_of_a_recording(service):
-    recording = uploaded(service, 2.0)
+    recording = uploaded(service, drive_zip(2.0))
     path = started(service, how="recordings", side=2.0)
     answer = service.post(f"{path}/samples", json={"recording": recording})
     assert answer.status_code == 201
@@ -34,7 +34,7 @@ def test_a_session_takes_every_square_of_a_recording(service):
 
 
 def test_a_session_takes_the_runs_of_a_recording_once_until_they_are_removed(service):
-    body = {"recording": uploaded(service, 2.0)}
+    body = {"recording": uploaded(service, drive_zip(2.0))}
     path = started(service, how="recordings", side=2.0)
     assert service.post(f"{path}/samples", json=body).status_code == 201
     again = service.post(f"{path}/samples", json=body)

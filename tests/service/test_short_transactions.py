@@ -6,7 +6,7 @@ from threading import Event
 
 import pytest
 
-from tests.service.conftest import SESSIONS, sampled, started, uploaded
+from tests.service.conftest import SESSIONS, drive_zip, sampled, started, uploaded
 
 PATIENCE = 60.0  # [s] after which a call counts as blocked
 LOADER = "omnimate.service.store.recordings.read_in_process"
@@ -28,7 +28,7 @@ class Blocked:
 @pytest.fixture(scope="module")
 def squares(client):
     """The id of a recording of one square each way."""
-    return uploaded(client, 2.0)
+    return uploaded(client, drive_zip(2.0))
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 
 from omnimate.service.store.database import Database
 from omnimate.service.store.tables import JobRow, SessionRow
-from tests.service.conftest import LONG_DRIVE, until, uploaded
+from tests.service.conftest import LONG_DRIVE, drive_zip, until, uploaded
 
 service_process = pytest.importorskip("studies.speed.service_process")
 
@@ -37,7 +37,7 @@ def test_sigterm_ends_a_service_in_good_order(tmp_path):
         service_process.serving(tmp_path, url) as service,
         httpx2.Client(base_url=service.url, timeout=60.0) as client,
     ):
-        recording = uploaded(client, 4.0)
+        recording = uploaded(client, drive_zip(4.0))
         session = client.post("/v1/umbmark/sessions", json=LONG_DRIVE).json()["id"]
         until(lambda: any(client.get("/v1/robot").json()["state"]["wheels"]))
         job = client.post("/v1/diagnoses", json={"recordings": [recording]}).json()["id"]

@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.service.jobs import worker
 from omnimate.service.store.tables import RecordingRow
-from tests.service.conftest import until, uploaded
+from tests.service.conftest import short_zip, until, uploaded
 
 PATH = "/v1/diagnoses"
 ENDED = {"done", "failed", "cancelled"}
@@ -15,8 +15,8 @@ ENDED = {"done", "failed", "cancelled"}
 
 @pytest.fixture(scope="module")
 def recording(client):
-    """The id of a short recording, which is too little to diagnose anything from."""
-    return uploaded(client, 0.5, calibrated=True)
+    """The id of a recording that is too short to diagnose anything from."""
+    return uploaded(client, short_zip(0.5))
 
 
 @pytest.fixture
@@ -84,7 +84,7 @@ def test_a_diagnosis_fails_if_a_recording_was_deleted_before_it_and_is_made_when
     client, recording, ended, others
 ):
     def wanted():
-        return [*[recording][:others], uploaded(client, 0.6, calibrated=True)]
+        return [*[recording][:others], uploaded(client, short_zip(0.6))]
 
     first = wanted()
     job = ended(first, lambda: client.delete(f"/v1/recordings/{first[-1]}"))
@@ -96,7 +96,7 @@ def test_a_diagnosis_fails_if_a_recording_was_deleted_before_it_and_is_made_when
 
 def test_a_diagnosis_fails_if_the_file_of_a_recording_is_deleted_before_it_is_read(client, ended):
     """The row goes first: a worker may find it, and the file no more."""
-    unread = uploaded(client, 0.7, calibrated=True)
+    unread = uploaded(client, short_zip(0.7))
     job = ended([unread], lambda: client.components.recordings.delete(unread))
     assert (job["state"], "was deleted" in job["error"]) == ("failed", True)
 
