@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 # diameters apart by 0.084 % (Borenstein & Feng, figure 11); OptiOdom publishes 1.7 % and 0.11 % of its robot.
 UNEQUAL = 0.1
 HELD = 1e12  # precision of a size that is known, far above that of any data
+NEGLIGIBLE_SIZE = 1e-6  # [declared sizes] below which an effect is absent
 TURNS = 2  # the effects are small, and the second turn changes them by their square
 
 
@@ -87,6 +89,19 @@ class Fitted:
         known = np.concatenate([np.zeros(0), *(values for _, _, values in self.everything())])
         return columns, rows[:, 0] + columns @ known
 
+    def squared_deviation(self, number: int) -> float:
+        """Return how far one of the set's sizes is from zero, in squared standard deviations.
+
+        They are those of the line from none of the effect to its size: a law with a threshold may be flat
+        at its size itself.
+        """
+        terms, places, values = zip(*self.everything(), strict=True)
+        columns = np.hstack([self.rows[:, place] for place in places])
+        part = slices_of(map(len, values))[number]
+        prior = prior_of(terms, len(self.chosen.terms))
+        covariance = np.linalg.inv(columns.T @ columns + prior)[part, part]
+        return float(values[number] @ np.linalg.solve(covariance, values[number]))
+
     def everything(self) -> Iterator[tuple[Term, slice, Array]]:
         """Yield the terms of the set and of the calibration, their columns and their coefficients."""
         for acting in (self.chosen, self.calibrated):
@@ -104,7 +119,8 @@ def fitted(
 ) -> Fitted:
     """Return terms with their coefficients fitted, each turn about what the last one found.
 
-    What every robot has is integrated out. The fit begins with `values`, and with the calibration of `start`.
+    What every robot has is integrated out. The fit begins with `values`, and with the calibration of `start`;
+    a step that leaves more than there was before it is halved.
     `disturbances` are process covariances (M, n, n) of each recording's disturbed windows.
     """
     count, keys = len(terms), {term.key for term in terms}
@@ -117,33 +133,31 @@ def fitted(
         known[part] = known[part] if term.held is None else term.held
     prior = prior_of(all_terms, count)
     held = held_of(all_terms)
+    misfit, step = math.inf, np.zeros(len(known))
     for turn in range(turns + 1):
         effects = tuple(term.built(known[part]) for term, part in zip(all_terms, parts, strict=True))
-        if turn == 0 and start is not None and start.regression.base == effects:
-            trajectories = [model.signals for model in start.regression.windows]
-        else:
-            trajectories = [relinearised(nominal, effects) for nominal in signals]
-        windows = [windows_of(trajectory) for trajectory in trajectories]
-        if disturbances is not None:
-            windows = [
-                replace(model, rounding=model.rounding + disturbance)
-                for model, disturbance in zip(windows, disturbances, strict=True)
-            ]
-        regression = Regression(windows, noise, effects)
-        places = tuple(regression.add(all_terms))
+        about = _regression_about(effects, signals, noise, start, disturbances)
+        about_places = tuple(about.add(all_terms))
         if turn == 0:  # about any base they are the same, but for its square
-            nuisance = regression.whitened(nuisances(windows))
-        rows = whiten_nuisances(regression.white, nuisance)
-        columns = rows[:, 1:]
-        precision = columns.T @ columns + prior
-        if turn == turns:
-            break
-        known = known + np.linalg.solve(precision + held, columns.T @ rows[:, 0] - prior @ known)
+            nuisance = about.whitened(nuisances(about.windows))
+        rows = whiten_nuisances(about.white, nuisance)
+        left = float(rows[:, 0] @ rows[:, 0] + known @ prior @ known)
+        if left <= misfit:
+            best, regression, places, misfit = known, about, about_places, left
+            precision = rows[:, 1:].T @ rows[:, 1:] + prior
+            step = np.linalg.solve(precision + held, rows[:, 1:].T @ rows[:, 0] - prior @ known)
+        else:  # too far for a law that is not linear
+            step = 0.5 * step
+        known = best + step
         for term, part in zip(all_terms, parts, strict=True):
             if term.positive:
                 known[part] = np.maximum(known[part], 0.0)
+    values, width = tuple(best[part] for part in parts), sum(widths[:count])
+    effects = tuple(regression.base)
+    for place, effect, size in zip(places[:count], effects, values, strict=False):
+        if len(size) == 1 and abs(size[0]) > NEGLIGIBLE_SIZE:
+            regression.use_secant(place, effect, float(size[0]))
     covariance = np.linalg.inv(precision).astype(np.float64)
-    values, width = tuple(known[part] for part in parts), sum(widths[:count])
 
     def acting(which: slice, inside: slice) -> Acting:
         return Acting(
@@ -152,6 +166,27 @@ def fitted(
 
     chosen, calibrated = acting(slice(count), slice(width)), acting(slice(count, None), slice(width, None))
     return Fitted(regression, chosen, calibrated, nuisance)
+
+
+def _regression_about(
+    effects: tuple[Effect, ...],
+    signals: Sequence[Signals],
+    noise: NoiseLevels,
+    start: Fitted | None,
+    disturbances: Sequence[Array] | None,
+) -> Regression:
+    """Return the regression about some effects; other arguments are those of `fitted`."""
+    if start is not None and start.regression.base == effects:
+        trajectories = [model.signals for model in start.regression.windows]
+    else:
+        trajectories = [relinearised(nominal, effects) for nominal in signals]
+    windows = [windows_of(trajectory) for trajectory in trajectories]
+    if disturbances is not None:
+        windows = [
+            replace(model, rounding=model.rounding + disturbance)
+            for model, disturbance in zip(windows, disturbances, strict=True)
+        ]
+    return Regression(windows, noise, effects)
 
 
 def held_of(terms: Sequence[Term]) -> Array:

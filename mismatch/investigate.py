@@ -16,7 +16,7 @@ from omnimate.mismatch.candidates.unknown import unknown_errors
 from omnimate.mismatch.evidence.candidates import Candidates
 from omnimate.mismatch.evidence.posterior import Posterior
 from omnimate.mismatch.evidence.search import search
-from omnimate.mismatch.fit import Fitted, fitted
+from omnimate.mismatch.fit import NEGLIGIBLE_SIZE, Fitted, fitted
 from omnimate.mismatch.heldout import predicts_better
 from omnimate.mismatch.learn.law_terms import learned
 from omnimate.mismatch.noise.levels import DEFAULT_LEVELS, FINE, ROUGH, WAVES, estimate_noise
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
 LAGS, LAG_SIZE = 8, 0.15  # [windows], prior standard deviation of a coefficient
 UNKNOWN_OFFERED = 8  # unknown errors, the likeliest, that are compared with the effects of the library
 MAX_DISAGREEMENT = 3.0  # standard deviations beyond which two estimates of a size contradict each other
-NEGLIGIBLE_SIZE = 1e-6  # [declared sizes] below which an effect is absent
 ROUNDS = 5  # of candidates, search, fit and noise, if the answer still changes
 PROGRESS_STEPS = 2 * ROUNDS + 2
 BUDGET, BUDGET_SAMPLES = 20.0, 20_000  # [s] of processor time for recordings of so many samples, or fewer
@@ -161,11 +160,7 @@ def _final(
                 terms.append(law)
                 values.append(np.ones(len(law.probes)))
         fit = fitted(signals, noise, terms, values, 1, fit, disturbances)
-        rejected = [
-            member
-            for number, member in enumerate(named)
-            if not _is_accepted(posterior.terms[member], fit.chosen, number)
-        ]
+        rejected = [member for number, member in enumerate(named) if not _is_accepted(fit, number)]
         if not rejected:
             # disturbed windows do not identify effects, but they inform their sizes
             with_all_windows = fitted(signals, noise, terms, values, 1, fit, obstacle_disturbances)
@@ -175,17 +170,16 @@ def _final(
         members = tuple(member for member in members if member not in rejected)
 
 
-def _is_accepted(term: Term, chosen: Acting, number: int) -> bool:
+def _is_accepted(fit: Fitted, number: int) -> bool:
     """Say whether an effect of a fit may be present, given all others and the calibration.
 
     No prior gives a size that is z standard deviations from zero a log Bayes factor beyond z^2/2 (Edwards,
     Lindman & Savage, Psychological Review 1963). A bounded size may have come to zero, and beyond its largest
     size an effect is implausible.
     """
-    values, covariance = chosen.values[number], chosen.covariances()[number]
-    if not NEGLIGIBLE_SIZE < float(np.abs(values).max()) <= term.largest:
-        return False
-    return term.odds + 0.5 * float(values @ np.linalg.solve(covariance, values)) > 0.0
+    term, size = fit.chosen.terms[number], float(np.abs(fit.chosen.values[number]).max())
+    is_plausible = NEGLIGIBLE_SIZE < size <= term.largest
+    return is_plausible and term.odds + 0.5 * fit.squared_deviation(number) > 0.0
 
 
 def _agree(all_windows: Acting, undisturbed: Acting) -> bool:
@@ -208,9 +202,6 @@ def _posterior(
     regression = fit.regression.branch()
     terms, places = list(fit.chosen.terms), list(fit.chosen.places)
     start = tuple(range(len(terms)))
-    for effect, place, values in zip(fit.chosen.effects, places, fit.chosen.values, strict=True):
-        if len(values) == 1 and abs(values[0]) > NEGLIGIBLE_SIZE:
-            regression.use_secant(place, effect, float(values[0]))
     offered = merged(terms, library)
     places += regression.add(offered, keep=False)
     terms += offered
