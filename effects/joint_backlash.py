@@ -29,7 +29,8 @@ class JointBacklash(Effect):
     stage = "reading"
     components = JOINT
     parameters = (Parameter("width", "rad", null=0.0, scale=0.003, low=0.0, high=1.0),)
-    prior = Prior(FAULT, discrepancy=0.3)
+    # The largest, 5 degrees of play, is seen by eye.
+    prior = Prior(FAULT, discrepancy=0.3, largest=30.0)
     regime = "at reversals of {component}"
     separating_drive = "a slalom that reverses the joint often"
     says = "{part} lags by a play of {width:.3f} degrees when the joint reverses."

@@ -27,7 +27,8 @@ class Latency(AgedSamples):
 
     name = "latency"
     parameters = (Parameter("delay", "s", null=0.0, scale=0.02, low=0.0, high=2.0),)
-    prior = Prior(FAULT, background=0.25, largest=5.0)
+    # The largest, 0.2 s, is that of a node that is asked five times a second.
+    prior = Prior(FAULT, background=0.25, largest=10.0)
     regime = "in proportion to the rate of {component}"
     separating_drive = "a slalom with quick changes of the turn rate"
     says = "{part} sends samples that are {delay:.4f} s old."
