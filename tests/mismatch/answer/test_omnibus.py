@@ -43,6 +43,12 @@ def fit_of(regression, drive):
     return made
 
 
+@pytest.fixture(scope="module")
+def of_noise(fit_of):
+    """What predicts the noise of seed 1."""
+    return leftover(*fit_of(1))
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_noise_is_predicted_by_nothing(fit_of, seed):
     found = leftover(*fit_of(seed))
@@ -62,12 +68,12 @@ def test_noise_is_predicted_by_nothing(fit_of, seed):
         ("a.left", "recent speed"),
     ],
 )
-def test_what_a_components_error_leaves_is_predicted_by_it(fit_of, component, quantity):
+def test_what_a_components_error_leaves_is_predicted_by_it(fit_of, of_noise, component, quantity):
     found = leftover(*fit_of(1, quantity, 0.3, component))
     assert found.p_value < ERROR_RATE
     assert (found.predictions[0].component, found.predictions[0].quantity) == (component, quantity)
     assert found.relevant
-    assert found.probability > leftover(*fit_of(1)).probability
+    assert found.probability > of_noise.probability
 
 
 @pytest.mark.parametrize("length", [1.67, 2.5, 5.0])
