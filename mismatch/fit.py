@@ -89,18 +89,17 @@ class Fitted:
         known = np.concatenate([np.zeros(0), *(values for _, _, values in self.everything())])
         return columns, rows[:, 0] + columns @ known
 
-    def squared_deviation(self, number: int) -> float:
-        """Return how far one of the set's sizes is from zero, in squared standard deviations.
+    def squared_deviations(self) -> list[float]:
+        """Return how far each effect's size is from zero, in squared standard deviations.
 
         They are those of the line from none of the effect to its size: a law with a threshold may be flat
         at its size itself.
         """
-        terms, places, values = zip(*self.everything(), strict=True)
-        columns = np.hstack([self.rows[:, place] for place in places])
-        part = slices_of(map(len, values))[number]
-        prior = prior_of(terms, len(self.chosen.terms))
-        covariance = np.linalg.inv(columns.T @ columns + prior)[part, part]
-        return float(values[number] @ np.linalg.solve(covariance, values[number]))
+        columns, _ = self.linear_model(self.rows)
+        prior = prior_of([*self.chosen.terms, *self.calibrated.terms], len(self.chosen.terms))
+        covariance = np.linalg.inv(columns.T @ columns + prior)
+        parts = zip(self.chosen.values, slices_of(map(len, self.chosen.values)), strict=True)
+        return [float(size @ np.linalg.solve(covariance[part, part], size)) for size, part in parts]
 
     def everything(self) -> Iterator[tuple[Term, slice, Array]]:
         """Yield the terms of the set and of the calibration, their columns and their coefficients."""
@@ -154,7 +153,7 @@ def fitted(
                 known[part] = np.maximum(known[part], 0.0)
     values, width = tuple(best[part] for part in parts), sum(widths[:count])
     effects = tuple(regression.base)
-    for place, effect, size in zip(places[:count], effects, values, strict=False):
+    for place, effect, size in zip(places[:count], effects[:count], values[:count], strict=True):
         if len(size) == 1 and abs(size[0]) > NEGLIGIBLE_SIZE:
             regression.use_secant(place, effect, float(size[0]))
     covariance = np.linalg.inv(precision).astype(np.float64)

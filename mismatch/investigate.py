@@ -160,7 +160,12 @@ def _final(
                 terms.append(law)
                 values.append(np.ones(len(law.probes)))
         fit = fitted(signals, noise, terms, values, 1, fit, disturbances)
-        rejected = [member for number, member in enumerate(named) if not _is_accepted(fit, number)]
+        deviations = fit.squared_deviations()
+        rejected = [
+            member
+            for number, member in enumerate(named)
+            if not _is_accepted(fit.chosen.terms[number], fit.chosen.values[number], deviations[number])
+        ]
         if not rejected:
             # disturbed windows do not identify effects, but they inform their sizes
             with_all_windows = fitted(signals, noise, terms, values, 1, fit, obstacle_disturbances)
@@ -170,16 +175,15 @@ def _final(
         members = tuple(member for member in members if member not in rejected)
 
 
-def _is_accepted(fit: Fitted, number: int) -> bool:
+def _is_accepted(term: Term, size: Array, squared_deviation: float) -> bool:
     """Say whether an effect of a fit may be present, given all others and the calibration.
 
-    No prior gives a size that is z standard deviations from zero a log Bayes factor beyond z^2/2 (Edwards,
-    Lindman & Savage, Psychological Review 1963). A bounded size may have come to zero, and beyond its largest
-    size an effect is implausible.
+    `squared_deviation` is that of its size (k,) from zero. No prior gives a size that is z standard
+    deviations from zero a log Bayes factor beyond z^2/2 (Edwards, Lindman & Savage, Psychological Review
+    1963). A bounded size may have come to zero, and beyond its largest size an effect is implausible.
     """
-    term, size = fit.chosen.terms[number], float(np.abs(fit.chosen.values[number]).max())
-    is_plausible = NEGLIGIBLE_SIZE < size <= term.largest
-    return is_plausible and term.odds + 0.5 * fit.squared_deviation(number) > 0.0
+    is_plausible = NEGLIGIBLE_SIZE < float(np.abs(size).max()) <= term.largest
+    return is_plausible and term.odds + 0.5 * squared_deviation > 0.0
 
 
 def _agree(all_windows: Acting, undisturbed: Acting) -> bool:

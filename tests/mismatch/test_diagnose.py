@@ -23,6 +23,7 @@ SINGLE = (
     ("wheelbase", "b", "ratio", 1.02),
     ("joint_bias", "joint_a", "bias", 0.02),
     ("wheel_eccentricity", "a.right", "amplitude", 1e-3),
+    ("latency", "joint_b", "delay", 0.06),
     ("latency", "joint_b", "delay", 0.13),
 )
 

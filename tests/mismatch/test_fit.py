@@ -31,7 +31,7 @@ def test_data_with_what_a_delay_explains_is_no_noisier_for_the_delay(drive, comp
     assert whole @ whole == pytest.approx(plain @ plain, rel=1e-3)
 
 
-def shaken(recording, channel, travel):
+def with_reversals_at_rest(recording, channel, travel):
     """Return a recording at whose end a motor goes back and forth by a travel [m], while the robot stands."""
     vehicle, count = recording.vehicle, 800
     gone = np.tile(np.repeat([0.0, travel], 20), count // 40) / vehicle.metres_per_count(channel)
@@ -50,10 +50,10 @@ def shaken(recording, channel, travel):
 
 def test_a_play_beyond_all_reversals_is_as_sure_as_what_it_explains_and_as_uncertain_as_it_is_flat(drive):
     """A motor reverses by 2 mm in its play: any play of 2 mm or more explains it, and 3.5 mm is kept."""
-    signals = [signals_of(shaken(drive(laps=1), "a.left", 2e-3))]
+    signals = [signals_of(with_reversals_at_rest(drive(laps=1), "a.left", 2e-3))]
     play = term("gear_backlash", "a.left")
     without, wide = (fitted(signals, USUAL, [play], [np.array([size])]) for size in (0.0, 7.0))
     assert wide.chosen.values[0] == pytest.approx(7.0)
     assert wide.chosen.covariance[0, 0] > 1.0
-    assert wide.squared_deviation(0) > 1000.0
+    assert wide.squared_deviations()[0] > 1000.0
     assert np.sum(wide.rows[:, 0] ** 2) == pytest.approx(np.sum(without.rows[:, 0] ** 2), rel=0.01)
