@@ -114,6 +114,7 @@ _PDO_FUNCTIONS = {
 }
 _CLIENT_INITIATES = {1: "download", 2: "upload", 5: "block upload", 6: "block download"}
 _SERVER_ANSWERS = {2: "answer", 3: "confirmed", 5: "block download", 6: "block upload"}
+_BLOCK_SUBCOMMANDS = {5: 0x03, 6: 0x01}  # bits that are 0 where a block transfer begins
 
 
 def error_register_in_words(register: int) -> str:
@@ -201,8 +202,8 @@ def _sdo_answer(node: int, data: bytes, _remote: bool) -> str:
 def _sdo(data: bytes, initiates: dict[int, str], segments: dict[int, str], valued: int) -> str:
     if len(data) != 8:
         return f"wrong length {len(data)}"
-    specifier, of_a_block = data[0] >> 5, data[0] & 0x03
-    if specifier in initiates and not (specifier in {5, 6} and of_a_block):
+    specifier = data[0] >> 5
+    if specifier in initiates and not data[0] & _BLOCK_SUBCOMMANDS.get(specifier, 0):
         return f"{initiates[specifier]} {_object(data)}{_expedited(data, specifier == valued)}"
     return _segment_or_abort(data, segments)
 
