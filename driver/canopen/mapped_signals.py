@@ -36,7 +36,7 @@ def default_objects(dictionary: ObjectDictionary, node: int) -> dict[tuple[int, 
 def mapped_signals(
     objects: Mapping[tuple[int, int, int], int], dictionaries: Mapping[int, ObjectDictionary]
 ) -> dict[int, tuple[Signal, ...]]:
-    """Return the signals of each PDO, by COB-ID.
+    """Return the signals of each PDO, by identifier, to which `EXTENDED_KEY` is added for 29 bits.
 
     Args:
         objects: PDO parameters by node, index and sub-index.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
+from omnimate.files.logs.signals import EXTENDED_KEY
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 REQUEST, ANSWER = 0x600, 0x580
 DOWNLOAD, UPLOADED = 1, 2  # command specifiers of expedited transfers that carry a value
-INVALID_BIT = 1 << 31
+INVALID_BIT, EXTENDED_BIT = 1 << 31, 1 << 29
 PDO_TYPES = ((0x1400, 0x200), (0x1800, 0x180))  # communication parameters, and first predefined COB-ID
 PREDEFINED = 4  # PDOs with a predefined COB-ID
 
@@ -57,7 +58,7 @@ def seen_object(frame: Frame) -> tuple[tuple[int, int, int], int] | None:
 
 
 def mapped_objects(objects: Mapping[tuple[int, int, int], int]) -> dict[int, tuple[Mapped, ...]]:
-    """Return the objects in each PDO, by COB-ID.
+    """Return the objects in each PDO, by identifier, to which `EXTENDED_KEY` is added for 29 bits.
 
     PDO parameters are by node, index and sub-index; a COB-ID that is missing is the predefined one.
     """
@@ -69,8 +70,13 @@ def mapped_objects(objects: Mapping[tuple[int, int, int], int]) -> dict[int, tup
                 cob_id = objects.get((node, base + number, 1), default)
                 carried = _carried(objects, node, base + 0x200 + number)
                 if carried and not cob_id & INVALID_BIT:
-                    pdos[cob_id & 0x7FF] = carried
+                    pdos[_key(cob_id)] = carried
     return pdos
+
+
+def _key(cob_id: int) -> int:
+    """Return the identifier in a COB-ID, as keys of signals have it."""
+    return cob_id & 0x1FFFFFFF | EXTENDED_KEY if cob_id & EXTENDED_BIT else cob_id & 0x7FF
 
 
 def _carried(objects: Mapping[tuple[int, int, int], int], node: int, mapping: int) -> tuple[Mapped, ...]:

@@ -4,7 +4,8 @@ from pathlib import Path
 
 from omnimate.driver.canopen.eds import load_eds
 from omnimate.driver.canopen.mapped_signals import default_objects, mapped_signals
-from omnimate.files.logs.frames import Frame, frames_of
+from omnimate.files.logs.decoding import FrameDecoder
+from omnimate.files.logs.frames import EXTENDED, Frame, frames_of
 from omnimate.files.logs.seen_mapping import mapped_objects, seen_objects
 
 EDS = Path(__file__).parents[3] / "vcan_sim" / "eds"
@@ -60,3 +61,12 @@ def test_an_eds_gives_the_mapping_after_power_on_with_names_and_signs():
     objects = default_objects(dictionary, 11) | {(11, 0x1801, 1): 0x28B}
     position, speed = mapped_signals(objects, {11: dictionary})[0x28B]
     assert (position.signed, speed.signed, speed.start_bit) == (True, True, 32)
+
+
+def test_a_pdo_with_29_bits_is_decoded_by_all_of_them_and_no_11_bit_one_instead():
+    objects = {(5, 0x1800, 1): 0x38FF0185, (5, 0x1A00, 1): 0x60040020}
+    [(key, carried)] = mapped_signals(objects, {}).items()
+    decoder = FrameDecoder(None, {key: carried})
+    position = bytes([7, 0, 0, 0])
+    assert decoder(Frame(0.0, 0x18FF0185, position, EXTENDED)) == "5.6004h Position value = 7"
+    assert decoder(Frame(0.0, 0x185, position)) == "TPDO1 of node 5"
