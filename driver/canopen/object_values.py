@@ -61,7 +61,9 @@ def variables_of(dictionary: ObjectDictionary) -> Iterator[ODVariable]:
 def default_of(dictionary: ObjectDictionary, index: int, subindex: int) -> int | None:
     """Return the value that an EDS or DCF states for a number, None where it states none."""
     variable = dictionary.get_variable(index, subindex)
-    value = None if variable is None else variable.value or variable.default
+    if variable is None:
+        return None
+    value = variable.default if variable.value is None else variable.value
     return value if isinstance(value, int) else None
 
 

@@ -63,6 +63,16 @@ def test_an_eds_gives_the_mapping_after_power_on_with_names_and_signs():
     assert (position.signed, speed.signed, speed.start_bit) == (True, True, 32)
 
 
+def test_a_pdo_that_a_dcf_sets_to_zero_objects_has_no_signals(tmp_path):
+    text = (EDS / "encoder_cia406.eds").read_text("cp1252")
+    [entries] = [section for section in text.split("[") if section.lower().startswith("1a00sub0]")]
+    path = tmp_path / "encoder.dcf"
+    path.write_text(text.replace(entries, f"{entries.rstrip()}\nParameterValue=0\n\n"))
+    dictionary = load_eds(path, 5).dictionary
+    assert dictionary[0x1A00][0].default
+    assert 0x185 not in mapped_signals(default_objects(dictionary, 5), {})
+
+
 def test_a_pdo_with_29_bits_is_decoded_by_all_of_them_and_no_11_bit_one_instead():
     objects = {(5, 0x1800, 1): 0x38FF0185, (5, 0x1A00, 1): 0x60040020}
     [(key, carried)] = mapped_signals(objects, {}).items()
