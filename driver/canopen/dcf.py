@@ -186,10 +186,13 @@ def _difference(sdo: Sdo, dictionary: ObjectDictionary, variable: ODVariable) ->
 
 def _bytes(variable: ODVariable) -> bytes | None:
     """Return the stated value as it is sent; None where none is stated, or none that its type can hold."""
-    if variable.value is None:
+    value = variable.value
+    if value is None:
         return None
+    if variable.data_type in SIGNED_TYPES and value >> len(variable) - 1 == 1:  # such as 0xFFFFFFFF for -1
+        value -= 1 << len(variable)
     try:
-        return bytes(variable.encode_raw(variable.value))
+        return bytes(variable.encode_raw(value))
     except (ValueError, TypeError, struct.error, ObjectDictionaryError):
         return None
 

@@ -40,5 +40,13 @@ def test_what_is_written_differs_no_more_and_what_is_read_only_still_does(omnima
     assert (left["index"], left["found"], left["stated"]) == (0x1018, 0xFEED0, 5)
 
 
+def test_a_negative_value_in_hexadecimal_is_compared_and_written(omnimate, simulated, tmp_path):
+    path = tmp_path / "encoder.dcf"
+    path.write_text(EDS.read_text().replace("[6010sub1]", "[6010sub1]\nParameterValue=0xFFFFFFFE"))
+    assert omnimate("dcf", "compare", path, *WHERE).out.endswith(": 0, the DCF states -2\n")
+    assert "written: 1 of 1" in omnimate("dcf", "write", path, *WHERE).err
+    assert omnimate("sdo", "read", "6010h:01", *WHERE, "--type", "i32").out == "-2 (FFFFFFFEh)\n"
+
+
 def test_an_eds_states_nothing_to_compare(omnimate, simulated):
     assert "expected a DCF with ParameterValue" in omnimate("dcf", "compare", EDS, *WHERE).err
