@@ -25,6 +25,7 @@ _KIND_OF = {
     types.REAL32: "f32",
     types.REAL64: "f64",
     types.VISIBLE_STRING: "text",
+    **dict.fromkeys((types.OCTET_STRING, types.UNICODE_STRING, types.DOMAIN), "hex"),
 }
 INTEGERS = {f"{sign}{bits}" for sign in "ui" for bits in _WIDTHS}
 KINDS = (*sorted(INTEGERS), *FLOATS, "text", "hex")

@@ -4,7 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from omnimate.driver.canopen.object_values import INTEGERS, ValueTextError, decode, encode
+from omnimate.driver.canopen.eds import load_eds
+from omnimate.driver.canopen.object_values import INTEGERS, ValueTextError, decode, encode, kind_of
+from tests.driver.conftest import DEVICE_TYPE
 
 
 @given(kind=st.sampled_from(sorted(INTEGERS)), data=st.data())
@@ -30,3 +32,11 @@ def test_floats_text_and_bytes(value, text):
 def test_what_is_not_known_is_a_small_number_or_bytes(data):
     value = decode(data, None)
     assert value == (int.from_bytes(data, "little") if len(data) <= 4 else data.hex(" ").upper())
+
+
+@pytest.mark.parametrize("data_type", ["0xA", "0xB", "0xF"])
+def test_octet_strings_unicode_strings_and_domains_are_bytes_even_if_short(tmp_path, data_type):
+    path = tmp_path / "device.eds"
+    path.write_text(DEVICE_TYPE + DEVICE_TYPE.replace("[1000]", "[2000]").replace("0x0007", data_type))
+    kind = kind_of(load_eds(path, 5).dictionary, 0x2000, 0)
+    assert decode(b"\x01\x02", kind) == "01 02"
