@@ -26,7 +26,7 @@ from omnimate.files.logs.formats.candump_blocks import (
     parse_in_parallel,
     skipped_line,
 )
-from omnimate.files.logs.formats.candump_lines import STAMP_WIDTH, parse_line, refuse_fd
+from omnimate.files.logs.formats.candump_lines import STAMP_WIDTH, is_comment, parse_line, refuse_fd
 from omnimate.files.logs.formats.foreign import foreign_format_of, read_entries
 from omnimate.files.logs.frames import Frame, Frames, concatenate, frames_of
 from omnimate.vehicle.errors import IS_UTF_16, UTF_16_MARKS, LogError
@@ -171,7 +171,7 @@ class LogReader:
             self._parser.skipped.clear()
             yield frames
         self.truncated |= reader.damaged
-        if last and last[0].strip():
+        if last and not is_comment(last[0]):
             entry = self._last_line(last[0], before)
             if isinstance(entry, Frame):
                 yield frames_of([entry])

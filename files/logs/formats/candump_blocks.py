@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from omnimate.files.logs.formats.candump_kernel import scan
-from omnimate.files.logs.formats.candump_lines import LOG_LINE, STAMP, parse_line, refuse_fd
+from omnimate.files.logs.formats.candump_lines import LOG_LINE, STAMP, is_comment, parse_line, refuse_fd
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -81,7 +81,7 @@ class BlockParser:
         ends = np.append(starts[1:], len(block))
         for row in np.flatnonzero(~table.is_frame).tolist():
             line = block[starts[row] : ends[row] - 1]
-            if line.strip():
+            if not is_comment(line):
                 self._parse_line(line, row, table)
         self.has_relative_times(block)
         self.lines += len(starts)

@@ -41,6 +41,7 @@ _PLAIN_LINE = re.compile(
 )
 STAMP = re.compile(rb"\((\d{1,10}\.\d{6})\)(  )?")  # the screen's two spaces behind it
 _DATE = re.compile(rb"\s*\((\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d{6})\)")
+_COMMENT = re.compile(rb"(?:\t[a-z-]+(?:\{.*\})?)?\s*")  # behind a tab: of `candump -e`
 _REMOTE_TAIL = re.compile(rb"[Rr]([0-8])?")
 _DATA_TAIL = re.compile(rb"((?:[0-9A-Fa-f]{2}\.?)*)(?:_[9A-Fa-f])?")
 _FD_TAIL = re.compile(rb"#([0-9A-Fa-f])((?:[0-9A-Fa-f]{2}\.?)*)")
@@ -110,6 +111,11 @@ def parse_line(line: bytes) -> Frame | str:
     if _NO_TIME.fullmatch(line):
         return "no time in it; record with `candump -L` or `candump -ta`"
     return "expected `(seconds) interface ID#DATA`, as `candump -L` prints"
+
+
+def is_comment(line: bytes) -> bool:
+    """Return whether a line is empty, or is what `candump -e` says of the error frame above it."""
+    return _COMMENT.fullmatch(line) is not None
 
 
 def refuse_fd(frame: Frame | str, *, fd: bool) -> Frame | str:

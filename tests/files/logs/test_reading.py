@@ -36,6 +36,15 @@ def test_a_byte_order_mark_costs_no_frame(tmp_path, pack):
     assert (len(log.frames), log.blocks.left_out) == (60, 0)
 
 
+@pytest.mark.parametrize("end", [b"\n", b"\r\n", b""])
+def test_lines_that_explain_an_error_frame_are_no_lost_frames(tmp_path, end):
+    """`candump -e` prints them below it."""
+    line = b" (1700000000.000250)  can0  200000A8   [8]  00 00 80 19 00 00 60 00   ERRORFRAME\n"
+    words = b"\tprotocol-violation{{}{acknowledge-slot}}\n\tbus-error\n\terror-counter-tx-rx{{96}{0}}"
+    log = read(tmp_path, line + words + end)
+    assert (len(log.frames), log.blocks.left_out, log.blocks.truncated) == (1, 0, False)
+
+
 times = st.integers(10**15, 4 * 10**15).map(lambda micros: micros / 1e6)
 frames = any_frames(CLASSICAL, error_directions=(0, SENT), times=times)
 logs = st.lists(frames, min_size=1, max_size=60)
