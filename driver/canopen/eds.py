@@ -20,11 +20,13 @@ if TYPE_CHECKING:
 _SECTION = re.compile(r"\[([^\]]*)\].*")
 _OBJECT = re.compile(r"\[([0-9A-Fa-f]{4})(\w*)\]")
 _COMMENT = re.compile(r"\s+(?:#|//|;).*$")
+_COMPACT, MAX_SUBINDEX = "CompactSubObj", 254  # number of the sub-indices, which have no sections
 _DUMMIES = tuple(f"Dummy{number:04d}" for number in range(1, 8))
 # Numbers without which canopen refuses the file, and their replacement; None: the line is left out.
 _NUMBERS: dict[str, str | None] = {
     "DataType": "0x000F",  # DOMAIN: taken as bytes
     "ObjectType": None,
+    _COMPACT: None,
     "PDOMapping": None,
     "NrOfEntries": "0",
     **dict.fromkeys(_DUMMIES, "0"),
@@ -59,7 +61,7 @@ def load_eds(path: Path | str, node: int) -> Eds:
     path = Path(path)
     try:
         text, remarks = _decode(path.read_bytes())
-        dictionary = _import(_repair(text, remarks), node, remarks)
+        dictionary = _import(_expand(_repair(text, remarks)), node, remarks)
     except OSError as error:
         raise EdsError(str(path), f"cannot be read: {error.strerror or error}") from error
     except _REFUSALS as error:
@@ -146,6 +148,44 @@ def _repair(text: str, remarks: list[str]) -> str:
         remarks.append("[DeviceInfo] missing; taken for empty")
         lines.append("[DeviceInfo]")
     return "\n".join([*lines, ""])
+
+
+def _expand(text: str) -> str:
+    """Return the text with a section for each sub-index of objects that state their number alone (CiA 306).
+
+    canopen reads the first of them only, without values, and refuses names where not all are given.
+    """
+    if f"\n{_COMPACT}=" not in text:
+        return text
+    parser = configparser.RawConfigParser(inline_comment_prefixes=(";",))
+    parser.optionxform = str  # type: ignore[assignment, method-assign]  # keys as they are
+    parser.read_string(text)
+    for index in [section for section in parser.sections() if parser.has_option(section, _COMPACT)]:
+        described = dict(parser[index])
+        count = min(int(described.pop(_COMPACT), 0), MAX_SUBINDEX)
+        if not count:
+            continue
+        parser[index] = described
+        names, values = (_listed(parser, f"{index}{kind}") for kind in ("Name", "Value"))
+        members = [
+            {"ParameterName": "NrOfObjects", "DataType": "5", "AccessType": "ro", "DefaultValue": str(count)}
+        ]
+        for key in map(str, range(1, count + 1)):
+            name = {"ParameterName": names.get(key, f"{described.get('ParameterName', '')}{key}")}
+            members.append(described | name | ({"ParameterValue": values[key]} if key in values else {}))
+        for subindex, member in enumerate(members):
+            if not parser.has_section(f"{index}sub{subindex:X}"):
+                parser[f"{index}sub{subindex:X}"] = member
+    written = io.StringIO()
+    parser.write(written)
+    return written.getvalue()
+
+
+def _listed(parser: configparser.RawConfigParser, section: str) -> dict[str, str]:
+    """Remove a section, and return what it lists by sub-index in decimal digits."""
+    entries = dict(parser[section]) if parser.has_section(section) else {}
+    parser.remove_section(section)
+    return entries
 
 
 def _entry(line: str, number: int, keys: set[str], remarks: list[str]) -> str:

@@ -115,6 +115,26 @@ def test_missing_dummies_are_added(tmp_path):
     assert 5 in eds.dictionary
 
 
+def test_an_array_that_gives_the_number_of_its_objects_has_all_of_them(tmp_path):
+    """CompactSubObj of CiA 306; its lists hold the names and the values that are not as of the others."""
+    text = (
+        "[2000]\nParameterName=Limit\nObjectType=0x8\nDataType=0x7\nAccessType=rw\nDefaultValue=7\n"
+        "CompactSubObj=12\n[2000Name]\nNrOfEntries=1\n3=Third\n[2000Value]\nNrOfEntries=1\n12=0x22\n"
+    )
+    eds = load(tmp_path, GOOD + text)
+    assert eds.remarks == ()
+    limits = eds.dictionary[0x2000]
+    assert [limits[subindex].name for subindex in (0, 1, 3, 12)] == [
+        "NrOfObjects",
+        "Limit1",
+        "Third",
+        "Limit12",
+    ]
+    assert set(limits) == set(range(13))
+    assert limits[0].default == 12
+    assert [(limits[place].default, limits[place].value) for place in (3, 12)] == [(7, None), (7, 0x22)]
+
+
 def test_keys_in_other_case_are_understood(tmp_path):
     assert (
         load(tmp_path, GOOD.replace("ParameterName", "parametername")).dictionary[0x1000].name
