@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _SECTION = re.compile(r"\[([^\]]*)\].*")
 _OBJECT = re.compile(r"\[([0-9A-Fa-f]{4})(\w*)\]")
+_SUBINDEX = re.compile(r"^([0-9A-F]{4})sub([0-9A-F]+)$", re.IGNORECASE)
 _COMMENT = re.compile(r"\s+(?:#|//|;).*$")
 _COMPACT, MAX_SUBINDEX = "CompactSubObj", 254  # number of the sub-indices, which have no sections
 _DUMMIES = tuple(f"Dummy{number:04d}" for number in range(1, 8))
@@ -129,7 +130,8 @@ def _repair(text: str, remarks: list[str]) -> str:
         stripped = line.strip()
         if match := _SECTION.fullmatch(stripped):
             lines += _dummies(section, keys, remarks)
-            section, keys = _SECTIONS.get(match[1].strip().lower(), match[1].strip()), set()
+            section = _SUBINDEX.sub(r"\1sub\2", match[1].strip())
+            section, keys = _SECTIONS.get(section.lower(), section), set()
             skipping = section.lower() in sections
             sections.add(section.lower())
             if section.lower() == "comments":  # nobody reads them, and canopen refuses one that is missing

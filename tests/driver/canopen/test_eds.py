@@ -135,6 +135,12 @@ def test_an_array_that_gives_the_number_of_its_objects_has_all_of_them(tmp_path)
     assert [(limits[place].default, limits[place].value) for place in (3, 12)] == [(7, None), (7, 0x22)]
 
 
+def test_sections_of_sub_indices_in_other_case_are_understood(tmp_path):
+    record = "[2a00]\nParameterName=Record\nObjectType=9\n"
+    entry = "[2a00SUBA]\nParameterName=Tenth\nDataType=5\nAccessType=ro\n"
+    assert load(tmp_path, GOOD + record + entry).dictionary[0x2A00][10].name == "Tenth"
+
+
 def test_keys_in_other_case_are_understood(tmp_path):
     assert (
         load(tmp_path, GOOD.replace("ParameterName", "parametername")).dictionary[0x1000].name
