@@ -66,10 +66,11 @@ class Signal:
         return last // 8 + 1
 
     def raw(self, data: bytes) -> int:
-        """Return the number in the data, which are as long as `length`."""
+        """Return the whole number in the data, which are as long as `length`; of a float, its bits."""
         word = int.from_bytes(data[:8].ljust(8, b"\0"), "big" if self.is_big_endian else "little")
         value = word >> self.shift & ((1 << self.bits) - 1)
-        return value - (1 << self.bits) if self.signed and value >> (self.bits - 1) else value
+        is_negative = self.signed and not self.is_float and value >> (self.bits - 1)
+        return value - (1 << self.bits) if is_negative else value
 
     def is_in(self, data: bytes) -> bool:
         """Return whether the data hold it, by what their multiplexor says."""

@@ -61,7 +61,8 @@ def test_floats_choices_multiplexors_and_29_bit_identifiers(tmp_path_factory):
     path = files(tmp_path_factory, text)
     database, signals = cantools.database.load_file(path), read_dbc(path)
     assert signals.keys() == {0x18FEF1DE | EXTENDED_KEY} == {2566844894}
-    for data in (b"\0" + struct.pack("<f", 1.25) + bytes(3), b"\1" + struct.pack("<h", -250) + bytes(5)):
+    left = [b"\0" + struct.pack("<f", value) + bytes(3) for value in (1.25, -1.25)]
+    for data in (*left, b"\1" + struct.pack("<h", -250) + bytes(5)):
         there = [signal for signal in signals[2566844894] if signal.is_in(data)]
         theirs = database.decode_message(0x18FEF1DE, data, decode_choices=False)
         assert {signal.name: signal.value(data) for signal in there} == pytest.approx(theirs)
