@@ -28,7 +28,7 @@ _SIGNAL = re.compile(
     r"\(\s*([^,\s]+)\s*,\s*([^)\s]+)\s*\)\s*\[[^\]]*\]\s*\"([^\"]*)\""
 )
 _FLOAT = re.compile(r"SIG_VALTYPE_\s+(\d+)\s+(\w+)\s*:\s*([12])")
-_CHOICES = re.compile(r"VAL_\s+(\d+)\s+(\w+)\s+(.*?);", re.DOTALL)
+_CHOICES = re.compile(r"VAL_\s+(\d+)\s+(\w+)\s+((?:[^\";]|\"[^\"]*\")*);")
 _CHOICE = re.compile(r"(-?\d+)\s+\"([^\"]*)\"")
 
 

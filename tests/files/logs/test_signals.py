@@ -56,7 +56,7 @@ def test_floats_choices_multiplexors_and_29_bit_identifiers(tmp_path_factory):
         ' SG_ left m0 : 8|32@1- (1,0) [0|0] "m/s" host\n'
         ' SG_ right m1 : 8|16@1- (0.01,0) [0|0] "m/s" host\n'
         "SIG_VALTYPE_ 2566844894 left : 1;\n"
-        'VAL_ 2566844894 which 0 "left wheel" 1 "right wheel" ;\n'
+        'VAL_ 2566844894 which 0 "left wheel; m/s" 1 "right wheel" ;\n'
     )
     path = files(tmp_path_factory, text)
     database, signals = cantools.database.load_file(path), read_dbc(path)
