@@ -20,9 +20,10 @@ if TYPE_CHECKING:
 
     from omnimate.vehicle.parameters import VehicleParameters
 
+MAX_BYTES = 8  # of a message of classical CAN; those of CAN FD with more are left out
 _MAX_NAME_LENGTH = 32  # characters of a DBC name
 _HOST = "host"
-_MESSAGE = re.compile(r"BO_\s+(\d+)\s+(\w+)\s*:")
+_MESSAGE = re.compile(r"BO_\s+(\d+)\s+(\w+)\s*:\s*(\d+)")
 _SIGNAL = re.compile(
     r"\s*SG_\s+(\w+)\s*(M|m\d+M?)?\s*:\s*(\d+)\|(\d+)@([01])([+-])\s*"
     r"\(\s*([^,\s]+)\s*,\s*([^)\s]+)\s*\)\s*\[[^\]]*\]\s*\"([^\"]*)\""
@@ -125,6 +126,8 @@ def _quoted(text: str) -> str:
 def read_dbc(path: Path) -> dict[int, tuple[Signal, ...]]:
     """Return the signals of a DBC file by identifier, to which `EXTENDED_KEY` is added for 29 bits.
 
+    Messages of more than 8 bytes, of CAN FD, are left out.
+
     Raises:
         LogError: The file cannot be read, or holds no message.
     """
@@ -134,7 +137,8 @@ def read_dbc(path: Path) -> dict[int, tuple[Signal, ...]]:
         raise LogError(path, None, f"cannot be read: {error.strerror or error}") from error
     messages = _messages(path, text)
     if not messages:
-        raise LogError(path, 1, "no message in the file; expected lines such as `BO_ 385 name: 8 node`")
+        expected = "expected lines such as `BO_ 385 name: 8 node`"
+        raise LogError(path, 1, f"no message of up to 8 bytes in the file; {expected}")
     for match in _FLOAT.finditer(text):
         _change(messages, match, is_float=True)
     for match in _CHOICES.finditer(text):
@@ -151,8 +155,9 @@ def _messages(path: Path, text: str) -> dict[int, dict[str, Signal]]:
     key = -1
     for number, line in enumerate(text.splitlines(), start=1):
         if match := _MESSAGE.match(line):
-            key = int(match[1])
-            messages.setdefault(key, {})
+            key = int(match[1]) if int(match[3]) <= MAX_BYTES else -1
+            if key >= 0:
+                messages.setdefault(key, {})
         elif key >= 0 and (match := _SIGNAL.match(line)):
             messages[key][match[1]] = _signal(path, number, match)
             if match[2] == "M":

@@ -71,10 +71,17 @@ def test_floats_choices_multiplexors_and_29_bit_identifiers(tmp_path_factory):
     assert signals[2566844894][0].in_words(b"\1") == "which = right wheel (1)"
 
 
+def test_messages_of_can_fd_are_no_reason_to_refuse_a_file(tmp_path_factory):
+    long = 'BO_ 386 long: 64 host\n SG_ far : 100|8@1+ (1,0) [0|0] "" host\n'
+    short = 'BO_ 385 short: 8 host\n SG_ near : 0|8@1+ (1,0) [0|0] "" host\n'
+    signals = read_dbc(files(tmp_path_factory, long + short))
+    assert {key: [signal.name for signal in carried] for key, carried in signals.items()} == {385: ["near"]}
+
+
 @pytest.mark.parametrize(
     ("text", "line", "problem"),
     [
-        ("no DBC at all", 1, "no message in the file"),
+        ("no DBC at all", 1, "no message of up to 8 bytes in the file"),
         ('BO_ 385 x: 8 host\n SG_ y : 60|8@1+ (1,0) [0|0] "" host\n', 10, "does not fit 8 bytes"),
         ('BO_ 385 x: 8 host\n SG_ y : 0|8@1+ (a,0) [0|0] "" host\n', 10, "is no number"),
     ],
