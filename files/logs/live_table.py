@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD, REMOTE
-from omnimate.files.logs.rates import PAUSE, PAUSE_INTERVALS, without_pauses
+from omnimate.files.logs.rates import PAUSE, PAUSE_INTERVALS, are_pauses, without_pauses
 
 if TYPE_CHECKING:
     from omnimate.files.logs.frames import Frame
 
 MAX_IDENTIFIERS = 4096  # that are counted separately: bounds memory, as 29 bits allow half a billion
 RATE_FRAMES = 200  # latest frames of an identifier for rate and jitter
+SLOWER_AFTER = 3  # pauses in a row: the identifier has become slower
 CHANGE_TIME = 1.0  # [s] for which a byte is marked as changed
 _KIND = EXTENDED | REMOTE | ERROR | FD
 
@@ -27,7 +28,8 @@ class LiveRow(NamedTuple):
     Attributes:
         frame: Its last frame.
         frames: Number of its frames.
-        rate: Frames per second over the last `RATE_FRAMES`; 0 if it is absent or came once.
+        rate: Frames per second over the last `RATE_FRAMES`, or since it became slower; 0 if it is absent or
+            came once.
         jitter: Standard deviation of the time from frame to frame over the last `RATE_FRAMES` [s].
         age: Time since its last frame [s].
         changed: Whether each byte of the data changed within the last `CHANGE_TIME` seconds.
@@ -69,6 +71,8 @@ class _Identifier:
 
     def row(self, now: float) -> LiveRow:
         intervals = np.diff(np.fromiter(self.times, np.float64, len(self.times)))
+        if len(intervals) >= SLOWER_AFTER and (pauses := are_pauses(intervals))[-SLOWER_AFTER:].all():
+            intervals = intervals[pauses]
         intervals = without_pauses(intervals) if len(intervals) else intervals
         age = max(0.0, now - self.heard)
         mean = float(intervals.mean()) if len(intervals) else 0.0

@@ -25,9 +25,14 @@ _BINS = 13 * BINS_PER_DECADE
 _HEADER = f"{'interface':<10} {'id':>8} {'frames':>9} {'Hz':>10} {'bytes':>5}  name"
 
 
+def are_pauses(intervals: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return whether each of at least one interval [s] of an identifier is a pause, shape `(N,)`."""
+    return intervals > max(PAUSE, PAUSE_INTERVALS * float(np.median(intervals)))
+
+
 def without_pauses(intervals: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the intervals [s], shape `(N,)`, of which none is a pause of an identifier, shape `(K,)`."""
-    return intervals[intervals <= max(PAUSE, PAUSE_INTERVALS * float(np.median(intervals)))]
+    return intervals[~are_pauses(intervals)]
 
 
 @dataclass(slots=True)

@@ -42,6 +42,15 @@ def test_a_pause_lowers_no_rate():
     assert row.jitter == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("before", [2e-4, 0.1], ids=["a burst", "a faster heartbeat"])
+def test_a_heartbeat_that_becomes_slower_has_the_new_rate_and_is_not_away(before):
+    times = [before * number for number in range(50)] + [10.0 + 3.0 * number for number in range(4)]
+    (row,) = table_of(Frame(time, 0x703) for time in times).rows(times[-1] + 2.5)
+    assert row.rate == pytest.approx(1 / 3, rel=0.4)
+    (row,) = table_of(Frame(time, 0x703) for time in times).rows(times[-1] + 300.0)
+    assert row.rate == 0.0
+
+
 def test_a_byte_counts_as_changed_for_a_second():
     table = table_of([Frame(0.0, 0x181, b"\1\2"), Frame(0.5, 0x181, b"\1\3")])
     assert table.rows(0.5)[0].changed == (False, True)
