@@ -26,7 +26,7 @@ from omnimate.files.logs.formats.candump_writer import CandumpWriter
 from omnimate.files.logs.formats.python_can_logs import frame_of_message
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD
 from omnimate.files.logs.live_table import LiveTable
-from omnimate.files.logs.seen_mapping import seen_object
+from omnimate.files.logs.seen_mapping import note_object
 from omnimate.vehicle.errors import OmnimateError, RecordingError
 
 if TYPE_CHECKING:
@@ -206,9 +206,7 @@ class BusWatch:
         event = self._events.take(frame)
         if event is not None and not (event.is_health and event.node in self._supervised):
             self._log.add(at, event.node, event.what, is_problem=event.is_problem)
-        seen = seen_object(frame)
-        if seen is not None:
-            self._seen[seen[0]] = seen[1]
+        note_object(frame, self._seen)
         try:
             if isinstance(self._recorder, Recorder):
                 self._recorder.frame(at, message)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from omnimate.files.logs.frames import Frame, Frames
 
 REQUEST, ANSWER = 0x600, 0x580
+ABORT = 0x80  # command byte
 DOWNLOAD, UPLOADED = 1, 2  # command specifiers of expedited transfers that carry a value
 INVALID_BIT, EXTENDED_BIT = 1 << 31, 1 << 29
 PDO_TYPES = ((0x1400, 0x200), (0x1800, 0x180))  # communication parameters, and first predefined COB-ID
@@ -40,21 +41,28 @@ def seen_objects(frames: Frames) -> dict[tuple[int, int, int], int]:
     is_sdo = ((function == REQUEST) | (function == ANSWER)) & (frames.length == 8)
     index = frames.data[:, 1].astype(np.int64) | frames.data[:, 2].astype(np.int64) << 8
     is_sdo &= (frames.flags & (EXTENDED | REMOTE | ERROR) == 0) & (index >= 0x1400) & (index < 0x1C00)
-    objects = (seen_object(frame) for frame in frames.select(np.flatnonzero(is_sdo)))
-    return dict(pair for pair in objects if pair is not None)
+    objects: dict[tuple[int, int, int], int] = {}
+    for frame in frames.select(np.flatnonzero(is_sdo)):
+        note_object(frame, objects)
+    return objects
 
 
-def seen_object(frame: Frame) -> tuple[tuple[int, int, int], int] | None:
-    """Return node, index and sub-index, and the value of a PDO parameter, where an SDO frame carries one."""
+def note_object(frame: Frame, objects: dict[tuple[int, int, int], int]) -> None:
+    """Put the value of a PDO parameter that an SDO frame carries under its node, index and sub-index.
+
+    One that the node refuses is removed: what a master wrote before is not its value.
+    """
     function, data = frame.can_id & 0x780, frame.data
     if function not in {REQUEST, ANSWER} or len(data) != 8 or frame.flags & (EXTENDED | REMOTE | ERROR | FD):
-        return None
+        return
     command, index = data[0], int.from_bytes(data[1:3], "little")
     carries = command >> 5 == (DOWNLOAD if function == REQUEST else UPLOADED) and command & 0x02
-    if not carries or not 0x1400 <= index < 0x1C00:
-        return None
-    size = 4 - (command >> 2 & 3) if command & 0x01 else 4
-    return (frame.can_id & 0x7F, index, data[3]), int.from_bytes(data[4 : 4 + size], "little")
+    place = frame.can_id & 0x7F, index, data[3]
+    if function == ANSWER and command == ABORT:
+        objects.pop(place, None)
+    elif carries and 0x1400 <= index < 0x1C00:
+        size = 4 - (command >> 2 & 3) if command & 0x01 else 4
+        objects[place] = int.from_bytes(data[4 : 4 + size], "little")
 
 
 def mapped_objects(objects: Mapping[tuple[int, int, int], int]) -> dict[int, tuple[Mapped, ...]]:

@@ -80,3 +80,9 @@ def test_a_pdo_with_29_bits_is_decoded_by_all_of_them_and_no_11_bit_one_instead(
     position = bytes([7, 0, 0, 0])
     assert decoder(Frame(0.0, 0x18FF0185, position, EXTENDED)) == "5.6004h Position value = 7"
     assert decoder(Frame(0.0, 0x185, position)) == "TPDO1 of node 5"
+
+
+def test_a_mapping_that_the_node_refuses_is_not_taken():
+    refused = Frame(0.0, 0x585, b"\x80\x00\x1a\x01" + (0x06040041).to_bytes(4, "little"))
+    frames = [download(5, 0x1A00, 1, 0x60040020, 4), refused, download(5, 0x1A01, 1, 0x60640020, 4)]
+    assert mapped_objects(seen_objects(frames_of(frames))).keys() == {0x285}
