@@ -51,7 +51,7 @@ def _signal(signal: LearnedSignal, meanings: dict[str, Meaning], multiplexor: Si
         is_float=signal.kind == "float",
         switch=None
         if multiplexor is None or signal.multiplexor_value is None
-        else (multiplexor, signal.multiplexor_value),
+        else (multiplexor, (signal.multiplexor_value,)),
     )
 
 

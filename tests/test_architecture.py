@@ -40,6 +40,7 @@ ONLY_IN = {
     "asammdf": {"files"},
     "can": {"files", "driver", "vcan_sim", "service"},
     "canopen": {"driver", "vcan_sim"},
+    "cantools": {"files"},
     "distributed": {"fleet"},
     "fastapi": {"service"},
     "fsspec": {"fleet"},

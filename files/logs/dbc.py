@@ -7,30 +7,27 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
+
+from cantools.database import load_string
+from cantools.database.errors import Error as DatabaseError
 
 from omnimate.files.logs.canopen_words import NMT_STATES, SYNC_ID
 from omnimate.files.logs.decoding import vehicle_signals
-from omnimate.files.logs.signals import Signal
+from omnimate.files.logs.signals import EXTENDED_KEY, FLOAT_WIDTHS, Signal
 from omnimate.vehicle.errors import LogError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from cantools.database.can import Database, Message
+
     from omnimate.vehicle.parameters import VehicleParameters
 
 MAX_BYTES = 8  # of a message of classical CAN; those of CAN FD with more are left out
 _MAX_NAME_LENGTH = 32  # characters of a DBC name
 _HOST = "host"
-_MESSAGE = re.compile(r"BO_\s+(\d+)\s+(\w+)\s*:\s*(\d+)")
-_SIGNAL = re.compile(
-    r"\s*SG_\s+(\w+)\s*(M|m\d+M?)?\s*:\s*(\d+)\|(\d+)@([01])([+-])\s*"
-    r"\(\s*([^,\s]+)\s*,\s*([^)\s]+)\s*\)\s*\[[^\]]*\]\s*\"([^\"]*)\""
-)
-_FLOAT = re.compile(r"SIG_VALTYPE_\s+(\d+)\s+(\w+)\s*:\s*([12])")
-_CHOICES = re.compile(r"VAL_\s+(\d+)\s+(\w+)\s+((?:[^\";]|\"[^\"]*\")*);")
-_CHOICE = re.compile(r"(-?\d+)\s+\"([^\"]*)\"")
 
 
 class DbcMessage(NamedTuple):
@@ -103,7 +100,7 @@ def _pdos(vehicle: VehicleParameters) -> Iterator[DbcMessage]:
 
 def _signal_line(signal: Signal, message: DbcMessage) -> str:
     switches = {other.switch[0].name for other in message.signals if other.switch is not None}
-    switch = " M" if signal.name in switches else "" if signal.switch is None else f" m{signal.switch[1]}"
+    switch = " M" if signal.name in switches else "" if signal.switch is None else f" m{signal.switch[1][0]}"
     order, sign = "0" if signal.is_big_endian else "1", "-" if signal.signed or signal.is_float else "+"
     return (
         f" SG_ {signal.name}{switch} : {signal.start_bit}|{signal.bits}@{order}{sign} "
@@ -129,62 +126,52 @@ def read_dbc(path: Path) -> dict[int, tuple[Signal, ...]]:
     Messages of more than 8 bytes, of CAN FD, are left out.
 
     Raises:
-        LogError: The file cannot be read, or holds no message.
+        LogError: The file cannot be read, is no DBC file, or holds no message.
     """
     try:
         text = path.read_bytes().decode("cp1252", "replace")
+        messages = cast("Database", load_string(text, "dbc", strict=False)).messages
     except OSError as error:
         raise LogError(path, None, f"cannot be read: {error.strerror or error}") from error
-    messages = _messages(path, text)
-    if not messages:
+    except DatabaseError as error:
+        raise LogError(path, None, f"cannot be read as a DBC file: {error}") from error
+    signals = {
+        message.frame_id | (EXTENDED_KEY if message.is_extended_frame else 0): _signals(path, message)
+        for message in messages
+        if message.length <= MAX_BYTES
+    }
+    if not signals:
         expected = "expected lines such as `BO_ 385 name: 8 node`"
-        raise LogError(path, 1, f"no message of up to 8 bytes in the file; {expected}")
-    for match in _FLOAT.finditer(text):
-        _change(messages, match, is_float=True)
-    for match in _CHOICES.finditer(text):
-        choices = {int(value): words for value, words in _CHOICE.findall(match[3])}
-        _change(messages, match, choices=choices)
-    return {key: tuple(signals.values()) for key, signals in messages.items() if signals}
+        raise LogError(path, None, f"no message of up to 8 bytes in the file; {expected}")
+    return {key: carried for key, carried in signals.items() if carried}
 
 
-def _messages(path: Path, text: str) -> dict[int, dict[str, Signal]]:
-    """Return the signals of each message by name, each with its multiplexor if it has one."""
-    messages: dict[int, dict[str, Signal]] = {}
-    switches: dict[int, Signal] = {}
-    switched: list[tuple[int, str, int]] = []
-    key = -1
-    for number, line in enumerate(text.splitlines(), start=1):
-        if match := _MESSAGE.match(line):
-            key = int(match[1]) if int(match[3]) <= MAX_BYTES else -1
-            if key >= 0:
-                messages.setdefault(key, {})
-        elif key >= 0 and (match := _SIGNAL.match(line)):
-            messages[key][match[1]] = _signal(path, number, match)
-            if match[2] == "M":
-                switches[key] = messages[key][match[1]]
-            elif match[2]:
-                switched.append((key, match[1], int(match[2].strip("mM"))))
-    for key, name, value in switched:
-        if key in switches:
-            messages[key][name] = replace(messages[key][name], switch=(switches[key], value))
-    return messages
+def _signals(path: Path, message: Message) -> tuple[Signal, ...]:
+    """Return the signals of a message, each with its multiplexor if it has one."""
+    described = {signal.name: signal for signal in message.signals}
 
+    def read(name: str, switched: tuple[str, ...] = ()) -> Signal:
+        """Return a signal; those that depend on it are `switched`, on none of which it can depend."""
+        found, switched = described[name], (*switched, name)
+        on, raw_values = found.multiplexer_signal, found.multiplexer_ids
+        depends = on in described and on not in switched and bool(raw_values)
+        signal = Signal(
+            name,
+            found.start,
+            found.length,
+            found.is_signed,
+            float(found.scale),
+            float(found.offset),
+            found.unit or "",
+            is_big_endian=found.byte_order == "big_endian",
+            is_float=found.is_float,
+            choices={code: str(words) for code, words in (found.choices or {}).items()},
+            switch=(read(str(on), switched), tuple(raw_values or ())) if depends else None,
+        )
+        widths = FLOAT_WIDTHS if signal.is_float else range(1, 65)
+        if signal.bits not in widths or signal.shift < 0 or signal.length > MAX_BYTES:
+            number = f"{name} of {message.name} with {signal.bits} bits from bit {signal.start_bit}"
+            raise LogError(path, None, f"{number} is no float, or does not fit {MAX_BYTES} bytes")
+        return signal
 
-def _signal(path: Path, line: int, match: re.Match[str]) -> Signal:
-    start, bits = int(match[3]), int(match[4])
-    try:
-        factor, offset = float(match[7]), float(match[8])
-    except ValueError as error:
-        raise LogError(path, line, f"factor or offset of {match[1]} is no number") from error
-    signal = Signal(
-        match[1], start, bits, match[6] == "-", factor, offset, match[9], is_big_endian=match[5] == "0"
-    )
-    if not 1 <= bits <= 64 or signal.shift < 0 or signal.length > 8:
-        raise LogError(path, line, f"{match[1]} with {bits} bits from bit {start} does not fit 8 bytes")
-    return signal
-
-
-def _change(messages: dict[int, dict[str, Signal]], match: re.Match[str], **changes: object) -> None:
-    signals = messages.get(int(match[1]), {})
-    if match[2] in signals:
-        signals[match[2]] = replace(signals[match[2]], **changes)  # type: ignore[arg-type]  # fields of Signal
+    return tuple(map(read, described))

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 EXTENDED_KEY = 1 << 31  # in a DBC file, and in keys of signals by identifier: a 29-bit identifier
 _FLOATS = {32: ("<f", "<I", np.float32, np.uint32), 64: ("<d", "<Q", np.float64, np.uint64)}
+FLOAT_WIDTHS = tuple(_FLOATS)  # [bits]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,7 @@ class Signal:
         is_float: Whether the bits are a number of IEEE 754, of 32 or 64 bits.
         counts: What the raw number is called beside the physical one; empty where it is not shown.
         choices: Words for raw values.
-        switch: Signal and raw value with which this one is there, where the data are multiplexed.
+        switch: Signal and raw values with which this one is there, where the data are multiplexed.
     """
 
     name: str
@@ -50,7 +51,7 @@ class Signal:
     is_float: bool = False
     counts: str = ""
     choices: Mapping[int, str] = field(default_factory=dict)
-    switch: tuple[Signal, int] | None = None
+    switch: tuple[Signal, tuple[int, ...]] | None = None
 
     @property
     def shift(self) -> int:
@@ -74,9 +75,10 @@ class Signal:
 
     def is_in(self, data: bytes) -> bool:
         """Return whether the data hold it, by what their multiplexor says."""
-        return self.switch is None or (
-            len(data) >= self.switch[0].length and self.switch[0].raw(data) == self.switch[1]
-        )
+        if self.switch is None:
+            return True
+        on, raw_values = self.switch
+        return on.is_in(data) and len(data) >= on.length and on.raw(data) in raw_values
 
     def value(self, data: bytes) -> float:
         """Return the physical value in the data, which are as long as `length`."""
@@ -101,9 +103,8 @@ class Signal:
             raw = (bits >> np.uint64(64 - self.bits)).astype(np.float64)
         is_there = frames.length >= self.length
         if self.switch is not None:
-            is_there &= self.switch[0].values(frames) == self.switch[0].offset + (
-                self.switch[0].factor * self.switch[1]
-            )
+            on, raw_values = self.switch
+            is_there &= np.isin(on.values(frames), [on.offset + on.factor * raw for raw in raw_values])
         return np.where(is_there, self.offset + self.factor * raw, np.nan)
 
     def in_words(self, data: bytes) -> str:

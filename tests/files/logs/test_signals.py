@@ -78,18 +78,51 @@ def test_messages_of_can_fd_are_no_reason_to_refuse_a_file(tmp_path_factory):
     assert {key: [signal.name for signal in carried] for key, carried in signals.items()} == {385: ["near"]}
 
 
+@given(data=st.binary(min_size=8, max_size=8))
+def test_a_multiplexor_that_is_multiplexed_itself_counts_as_cantools_counts_it(tmp_path_factory, data):
+    text = (
+        'BO_ 385 tank: 8 host\n SG_ page M : 0|2@1+ (1,0) [0|0] "" host\n'
+        ' SG_ part m1M : 2|2@1+ (1,0) [0|0] "" host\n SG_ level m2 : 8|8@1+ (1,0) [0|0] "" host\n'
+        "SG_MUL_VAL_ 385 part page 1-2;\nSG_MUL_VAL_ 385 level part 0-1, 3-3;\n"
+    )
+    path = files(tmp_path_factory, text)
+    theirs = cantools.database.load_file(path)
+    there = [signal for signal in read_dbc(path)[385] if signal.is_in(data)]
+    columns = {signal.name: signal.values(frames_of([Frame(0.0, 385, data)]))[0] for signal in there}
+    assert not np.isnan(list(columns.values())).any()
+    try:
+        expected = theirs.decode_message(385, data)
+    except cantools.database.DecodeError:  # it expects a name for every value of a multiplexor
+        return
+    assert {signal.name: signal.value(data) for signal in there} == columns == expected
+
+
 @pytest.mark.parametrize(
-    ("text", "line", "problem"),
+    ("text", "problem"),
     [
-        ("no DBC at all", 1, "no message of up to 8 bytes in the file"),
-        ('BO_ 385 x: 8 host\n SG_ y : 60|8@1+ (1,0) [0|0] "" host\n', 10, "does not fit 8 bytes"),
-        ('BO_ 385 x: 8 host\n SG_ y : 0|8@1+ (a,0) [0|0] "" host\n', 10, "is no number"),
+        ("? no DBC at all", "line 9, column 1"),
+        ("", "no message of up to 8 bytes in the file"),
+        ('BO_ 385 x: 8 host\n SG_ y : 60|8@1+ (1,0) [0|0] "" host\n', "y of x .* does not fit 8 bytes"),
+        ('BO_ 385 x: 8 host\n SG_ y : 0|8@1+ (a,0) [0|0] "" host\n', "line 10, column 18"),
+        (
+            'BO_ 385 x: 8 host\n SG_ y : 0|16@1+ (1,0) [0|0] "" host\nSIG_VALTYPE_ 385 y : 1;\n',
+            "y of x with 16 bits from bit 0 is no float",
+        ),
     ],
 )
-def test_a_broken_file_is_an_error_with_its_line(tmp_path_factory, text, line, problem):
-    with pytest.raises(LogError, match=problem) as caught:
+def test_a_broken_file_is_an_error_with_its_place(tmp_path_factory, text, problem):
+    with pytest.raises(LogError, match=problem):
         read_dbc(files(tmp_path_factory, text))
-    assert caught.value.line == line
+
+
+@pytest.mark.parametrize("names", ["y z", "z q"])
+def test_multiplexors_that_depend_on_each_other_or_on_nothing_are_read(tmp_path_factory, names):
+    text = (
+        'BO_ 385 x: 8 host\n SG_ y m1M : 0|8@1+ (1,0) [0|0] "" host\n'
+        ' SG_ z m1M : 8|8@1+ (1,0) [0|0] "" host\n'
+        f"SG_MUL_VAL_ 385 z y 1-1;\nSG_MUL_VAL_ 385 {names} 1-1;\n"
+    )
+    assert [signal.name for signal in read_dbc(files(tmp_path_factory, text))[385]] == ["y", "z"]
 
 
 @given(data=st.binary(max_size=8), start=st.integers(0, 60), bits=st.integers(1, 64), signed=st.booleans())
