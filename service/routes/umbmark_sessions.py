@@ -16,6 +16,7 @@ from omnimate.service.errors import InvalidValueError
 from omnimate.service.problems import documented
 from omnimate.service.robot.reservation import DriveOrder
 from omnimate.service.routes.common import ALWAYS, After, Done, IfMatch, Limit, Page, etag, expected_version
+from omnimate.service.routes.vehicles import headers_of
 from omnimate.service.store.tables import RecordingRow, SampleRow, SessionRow, find_row, read_page
 from omnimate.service.umbmark import models, samples, sessions
 from omnimate.service.umbmark.result import cluster_panels, experiments_of, make_result
@@ -271,8 +272,7 @@ def accept_result(
     def act(db: Db) -> Answer:
         row = sessions.session_for(db, session_id, "accept", call.components.settings.lifetime)
         version = sessions.accept_result(db, row, revision, call.caller.key_name, force=force)
-        headers = {"Location": f"/v1/vehicles/{row.vehicle}", "ETag": etag(version.version)}
-        return Answer(sessions.session_with_samples(db, row), 200, headers)
+        return Answer(sessions.session_with_samples(db, row), 200, headers_of(version))
 
     response = call.change(body, act)
     call.components.robot.reload()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from typing import Annotated, Any, Literal
+from urllib.parse import quote
 
 from fastapi import APIRouter, Query, Request
 from fastapi import Path as PathParameter
@@ -55,6 +56,11 @@ def vehicle_view(row: VehicleRow, *, whole: bool = True) -> Vehicle:
     return Vehicle.of(row, trucks=dict(parameters.trucks), link_length=length, toml=toml)
 
 
+def headers_of(row: VehicleRow) -> dict[str, str]:
+    """Return where a version just made is, and its ETag; a name may hold characters that no header takes."""
+    return {"Location": f"{PREFIX}/{quote(row.name, safe='')}", "ETag": etag(row.version)}
+
+
 @router.get("")
 def list_vehicles(call: Reading) -> list[Vehicle]:
     """Return the newest version of every vehicle."""
@@ -70,7 +76,7 @@ async def create_vehicle(request: Request, call: Operating) -> Response:
 
     def act(db: Db) -> Answer:
         row = vehicles.create(db, vehicle, vehicles.Origin("sent", call.caller.key_name), text)
-        return Answer(vehicle_view(row), 201, {"Location": f"{PREFIX}/{row.name}", "ETag": etag(row.version)})
+        return Answer(vehicle_view(row), 201, headers_of(row))
 
     return await run_in_threadpool(call.change, content, act)
 

@@ -11,6 +11,7 @@ from omnimate.service.store import vehicles
 from omnimate.service.store.tables import VehicleRow
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.file import format_vehicle
+from tests.service.conftest import sampled, started
 
 ROBOT = replace(reference_vehicle(), name="robot")
 TEST = vehicles.Origin("test")
@@ -77,3 +78,16 @@ def test_an_if_match_that_names_no_present_version_is_refused(client, version):
     headers = {"Content-Type": "application/toml", "If-Match": f'"{version}"'}
     client.post("/v1/vehicles", content=text, headers=headers)
     assert client.put("/v1/vehicles/matched", content=text, headers=headers).status_code == 412
+
+
+@pytest.mark.parametrize("name", ["機械 1?#", "a\x7fb", "Größe"])
+def test_the_location_of_a_vehicle_leads_to_it_whatever_its_name(client, name):
+    """Headers take Latin-1 at most, and a `?` or `#` would end the path: sent as it is, it was a 500."""
+    text = format_vehicle(replace(ROBOT, name=name))
+    made = client.post("/v1/vehicles", content=text, headers={"Content-Type": "application/toml"})
+    assert client.get(made.headers["Location"]).json()["name"] == name
+    session = started(client, vehicle=name)
+    sampled(client, session)
+    client.post(f"{session}/solve")
+    accepted = client.post(f"{session}/accept", headers={"If-Match": "*"})
+    assert client.get(accepted.headers["Location"]).json()["version"] == 2
