@@ -11,7 +11,7 @@ from omnimate.service.event_stream import EventStream
 from omnimate.service.fleets.batches import BatchWorker
 from omnimate.service.fleets.webhooks import Deliverer
 from omnimate.service.jobs.diagnosing import DiagnosisWorker
-from omnimate.service.jobs.queue import expire_sessions_and_requeue_jobs
+from omnimate.service.jobs.housekeeping import Housekeeper
 from omnimate.service.robot.robot_process import RobotProcess, spawned
 from omnimate.service.robot.session_reporter import SessionReporter
 from omnimate.service.store import vehicles
@@ -64,15 +64,12 @@ class Components:
         self.events, self.reporter = events, reporter
         self.robot = RobotProcess(settings, vehicle.name, events, reporter, start)
         self.stores = FleetStores(settings.fleets)
-        self.worker = DiagnosisWorker(database, events, settings.instance, recordings, self._expire)
+        self.housekeeper = Housekeeper(database, reporter.announce)
+        self.worker = DiagnosisWorker(database, events, settings.instance, recordings)
         self.batch_worker = BatchWorker(database, events, settings, self.stores)
         self.deliverer = Deliverer(database)
         self.publisher = _publisher(settings, self.robot, reporter)
         self.callers = Callers(keyless_allowed=settings.is_loopback)
-
-    def _expire(self) -> None:
-        for session in expire_sessions_and_requeue_jobs(self.database):
-            self.reporter.announce(session)
 
     def start(self, loop: asyncio.AbstractEventLoop) -> None:
         """Start the robot's process and the threads, and send events on the server's loop."""
@@ -96,7 +93,9 @@ class Components:
 
     def _threads(self) -> list[RepeatingThread]:
         """Return the threads other than the robot's."""
-        threads: list[RepeatingThread] = [self.worker, self.batch_worker, self.deliverer]
+        threads: list[RepeatingThread] = [
+            self.housekeeper, self.worker, self.batch_worker, self.deliverer,
+        ]  # fmt: skip
         return threads if self.publisher is None else [*threads, self.publisher]
 
 

@@ -37,21 +37,18 @@ class DiagnosisWorker(Worker):
         events: EventStream,
         instance: str,
         recordings: RecordingStore,
-        housekeeping: Callable[[], None],
     ) -> None:
         super().__init__(database, events, instance)
-        self._recordings, self._housekeeping = recordings, housekeeping
-
-    def work(self) -> bool:
-        """Work on the next diagnosis, after what every service does regularly."""
-        self._housekeeping()
-        return super().work()
+        self._recordings = recordings
 
     def start_job(self, job_id: str, place: Path) -> AbstractContextManager[JobProcess]:
         """Return the process of a job; ServiceError where one of the recordings was deleted meanwhile."""
         with self._database.reading() as db:
             wanted = find_row(db, DiagnosisRow, job_id).recordings
-        folders = [self._unpack(recording_id, place) for recording_id in wanted]
+        folders = []
+        for recording_id in wanted:
+            folders.append(self._unpack(recording_id, place))
+            self._renew(job_id, {})  # many large ones take longer than a lease
         return running("diagnosis", run_diagnosis, str(place), folders)
 
     def _unpack(self, recording_id: str, place: Path) -> tuple[str, str]:

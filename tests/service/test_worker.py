@@ -1,13 +1,16 @@
 """Diagnoses as jobs: done in a process of their location, retried when it dies, never stuck."""
 
 import multiprocessing
+import threading
+import time
 from contextlib import contextmanager
 
 import pytest
+from sqlalchemy import select
 
 from omnimate.service.jobs import worker
-from omnimate.service.store.tables import RecordingRow
-from tests.service.conftest import short_zip, until, uploaded
+from omnimate.service.store.tables import JobRow, RecordingRow, SessionRow
+from tests.service.conftest import PATIENCE, short_zip, started, until, uploaded
 
 PATH = "/v1/diagnoses"
 ENDED = {"done", "failed", "cancelled"}
@@ -109,6 +112,45 @@ def test_a_job_that_cannot_start_fails_at_once_with_a_sentence(client, undiagnos
     job = ended([undiagnosed])
     assert (job["state"], job["attempts"]) == ("failed", 1)
     assert job["error"] == "the diagnosis could not start: PermissionError; the log of the service says more"
+
+
+def test_what_a_dead_service_drove_is_interrupted_also_while_a_diagnosis_runs(client, undiagnosed):
+    """A long diagnosis left the session `driving`, without a robot that drives, until it had ended."""
+    drive, may_begin = started(client, vehicle="omnimate"), threading.Event()
+
+    def start(*_arguments):
+        may_begin.wait(PATIENCE)
+        raise PermissionError
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(client.components.worker, "start_job", start)
+        location = client.post(PATH, json={"recordings": [undiagnosed]}).headers["Location"]
+        until(lambda: client.get(location).json()["state"] == "running")
+        try:
+            with client.components.database.writing() as db:
+                row = db.get(SessionRow, drive.rpartition("/")[2])
+                row.state, row.owner, row.lease = "driving", "dead", time.time() - 1.0
+            until(lambda: client.get(drive).json()["state"] == "interrupted")
+            assert client.get(location).json()["state"] == "running"
+        finally:
+            may_begin.set()
+            until(lambda: client.get(location).json()["state"] in ENDED)
+
+
+def test_a_lease_is_renewed_after_each_recording_that_is_unpacked(client, ended, monkeypatch):
+    """Several large recordings take longer than a lease, after which the job was taken from its service."""
+    store, leases = client.components.recordings, []
+    unpack = store.unpack
+
+    def note_lease(*arguments):
+        with client.components.database.reading() as db:
+            leases.append(db.scalars(select(JobRow.lease).where(JobRow.state == "running")).one())
+        return unpack(*arguments)
+
+    monkeypatch.setattr(worker, "REPORT_PERIOD", 0.0)
+    monkeypatch.setattr(store, "unpack", note_lease)
+    ended([uploaded(client, short_zip(length)) for length in (0.8, 0.9)])
+    assert leases[0] < leases[1]
 
 
 def test_a_recording_that_is_given_twice_is_refused(client, recording):
