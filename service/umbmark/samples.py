@@ -13,7 +13,7 @@ from omnimate.calib.umbmark.return_errors import MAX_RETURN_SIDES
 from omnimate.service.errors import InvalidValueError, NotFoundError
 from omnimate.service.store.tables import SampleRow
 from omnimate.service.umbmark.models import ByWalls, ReturnError
-from omnimate.service.umbmark.sessions import refusal
+from omnimate.service.umbmark.sessions import next_direction, refusal
 from omnimate.vehicle.se2 import between, compose, wrap
 from omnimate.vehicle.sonar import Sonar
 
@@ -131,12 +131,17 @@ def squares_of(recording: Recording, vehicle: VehicleParameters, side: float) ->
 
 
 def remove_sample(db: Db, row: SessionRow, number: int) -> None:
-    """Remove a run, or raise NotFoundError; a former result of the session is discarded."""
+    """Remove a run, or raise NotFoundError; a former result of the session is discarded.
+
+    A session that the robot drives is interrupted where a run is missing now: `resume` drives another one.
+    """
     sample = db.get(SampleRow, (row.id, number))
     if sample is None:
         raise NotFoundError(f"run of session {row.id}:", str(number))
     db.delete(sample)
     _discard_result(row)
+    if row.how == "drive" and next_direction(db, row) is not None:
+        row.state, row.detail = "interrupted", f"interrupted: run {number} was removed"
 
 
 def _discard_result(row: SessionRow) -> None:

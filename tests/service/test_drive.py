@@ -32,6 +32,22 @@ def test_a_driven_session_takes_its_own_samples_of_both_trucks(standing):
     assert trucks["a"]["calibrated"]["wheelbase"] < 0.34 < trucks["b"]["calibrated"]["wheelbase"]
 
 
+def test_a_run_that_is_removed_can_be_driven_again(standing):
+    """The session said that all squares are driven, and could only be aborted."""
+    path = started(standing, **DRIVE)
+    until(lambda: standing.get(path).json()["state"] != "driving", 0.2)
+    standing.delete(f"{path}/samples/2")
+    session = standing.get(path).json()
+    assert (session["state"], session["detail"]) == ("interrupted", "interrupted: run 2 was removed")
+    standing.post(f"{path}/resume")
+    until(lambda: standing.get(path).json()["state"] != "driving", 0.2)
+    session = standing.get(path).json()
+    assert (session["state"], [run["direction"] for run in session["samples"]]) == (
+        "collecting",
+        ["cw", "ccw"],
+    )
+
+
 def test_a_stop_before_the_first_sample_of_a_drive_is_not_lost(standing, monkeypatch):
     reservation = standing.components.robot.reservation
     begin = reservation.begin

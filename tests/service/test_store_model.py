@@ -204,6 +204,8 @@ class Store(RuleBasedStateMachine):
             return
         del session["samples"][run]
         state = "collecting" if session["state"] == "solved" else session["state"]
+        if session["how"] == "drive" and len(set(session["samples"].values())) < 2:
+            state = "interrupted"
         self.used(session, state=state, solved=False)
 
     @rule(number=session_ids, instance=SERVICES, key=KEYS)
