@@ -125,7 +125,8 @@ def interrupt_orphans(db: Db) -> list[str]:
     orphaned = (SessionRow.state == "driving") & lease_ended(SessionRow.lease, time.time(), LEASE)
     rows = db.scalars(select(SessionRow).where(orphaned).with_for_update()).all()
     for row in rows:
-        end_lease(row, "interrupted", "interrupted: the service that drove it has ended")
+        reason = "the service that drove it has ended, or could not write to the database"
+        end_lease(row, "interrupted", f"interrupted: {reason}")
     return [row.id for row in rows]
 
 

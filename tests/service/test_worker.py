@@ -131,6 +131,7 @@ def test_what_a_dead_service_drove_is_interrupted_also_while_a_diagnosis_runs(cl
                 row = db.get(SessionRow, drive.rpartition("/")[2])
                 row.state, row.owner, row.lease = "driving", "dead", time.time() - 1.0
             until(lambda: client.get(drive).json()["state"] == "interrupted")
+            assert client.get(drive).json()["detail"].endswith("or could not write to the database")
             assert client.get(location).json()["state"] == "running"
         finally:
             may_begin.set()
