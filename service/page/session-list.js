@@ -1,6 +1,6 @@
 // UMBmark sessions: the form that starts a session, and the list of all sessions.
 
-import { list, post } from "./api.js";
+import { get, list, post } from "./api.js";
 import { $, el, onSubmit, pages, row, say, showing } from "./dom.js";
 import { squareDrawing } from "./drawings.js";
 import { t } from "./language.js";
@@ -20,8 +20,9 @@ export function setUpSessionList() {
 
 export async function openSessionList() {
   await showing($("start-message"), async () => {
-    const items = await list("/v1/vehicles");
+    const [items, { vehicle }] = await Promise.all([list("/v1/vehicles"), get("/v1/robot")]);
     $("start-vehicle").replaceChildren(...items.map(({ name, version }) => el("option", { value: name }, t("{name} (version {version})", { name, version }))));
+    $("start-vehicle").value = vehicle;
     say($("start-message"));
   });
   await listSessions();

@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ import pytest
 from omnimate.calib.umbmark.exact import square_returns
 from omnimate.fleet.report_store import write_report
 from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.file import format_vehicle
 from omnimate.vehicle.parameters import Truck
 from omnimate.vehicle.sonar import Sonar
 from studies.benchmark import OMNIMATE
@@ -486,6 +488,26 @@ def test_no_view_is_wider_than_a_phone(browser, address, view, locale, picture):
         for part in ("#stop", "#tab-floor", "#tab-fleet"):
             expect(page.locator(part)).to_be_in_viewport(ratio=1)
         picture(page, f"phone-{view}-{locale}")
+
+
+def test_a_long_name_makes_no_title_wider_than_a_phone(robot_page):
+    robot_page.set_viewport_size(PHONE)
+    name = "F" * 64
+    robot_page.request.post(f"{robot_page.url}v1/fleets", data={"name": name})
+    robot_page.evaluate(f"location.hash = '#fleet/{name}'")
+    expect(robot_page.locator("#fleet-title")).to_contain_text(name, timeout=SOON)
+    right = robot_page.locator("#fleet-title").evaluate("title => title.getBoundingClientRect().right")
+    assert right <= PHONE["width"]
+
+
+def test_a_session_is_started_for_the_robot_on_the_bus_where_there_are_others(robot_page):
+    """The first name was chosen: that robot cannot drive here, and by hand another one was calibrated."""
+    text = format_vehicle(replace(reference_vehicle(), name="another"))
+    headers = {"Content-Type": "application/toml"}
+    assert robot_page.request.post(f"{robot_page.url}v1/vehicles", data=text, headers=headers).status == 201
+    robot_page.locator("#tab-calibrate").click()
+    expect(robot_page.locator("#start-vehicle option")).to_have_count(2, timeout=SOON)
+    expect(robot_page.locator("#start-vehicle")).to_have_value("omnimate")
 
 
 def test_the_page_is_in_the_browsers_language_until_another_one_is_chosen(browser, address):
