@@ -111,7 +111,7 @@ def settle(db: Session, message: Message, status: int | None, answer: str, now: 
     row = db.get(DeliveryRow, message.id, with_for_update=True)
     if row is None or row.state != "waiting" or row.attempts != message.attempt:
         return  # another service has taken it over, or the webhook was removed
-    row.answer, row.changed = answer[:200], now
+    row.answer, row.changed = answer.replace("\0", " ")[:200], now  # PostgreSQL's texts hold no NUL
     if status is not None and 200 <= status < 300:
         row.state = "accepted"
     elif status == GONE or row.attempts >= len(PAUSES):

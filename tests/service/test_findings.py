@@ -30,6 +30,7 @@ from omnimate.service.fleets.webhooks import (
     settle,
     signed_headers,
 )
+from omnimate.service.store.database import Database
 from omnimate.service.store.tables import DeliveryRow, FindingRow, FleetRow, WebhookRow
 from tests.client.answering import answering
 from tests.service.conftest import until
@@ -196,6 +197,15 @@ def test_a_receiver_that_wants_no_more_is_sent_no_more(fleet):
     note(fleet, replace(daily_report(), places=()))
     assert deliver_next(fleet, lambda: BEGIN, lambda _message, _now: (410, "410 Gone"))
     assert delivery(fleet).state == "given up"
+
+
+def test_an_answer_that_postgresql_cannot_store_ends_an_attempt_as_any_other(postgresql_url):
+    """A NUL in it: the attempt was not noted, and the message was sent again each minute, for ever."""
+    fleet = with_hook(Database(postgresql_url))
+    note(fleet, replace(daily_report(), places=()))
+    assert deliver_next(fleet, lambda: BEGIN, lambda _message, _now: (200, "200 O\0K"))
+    assert (delivery(fleet).state, delivery(fleet).answer) == ("accepted", "200 O K")
+    fleet.close()
 
 
 def test_messages_of_a_removed_webhook_do_not_wait(fleet):
