@@ -88,6 +88,7 @@ def _drives(recording: Recording, truck: TruckName) -> list[Drive]:
     fixes = _fixes(recording, truck)
     angles = np.stack([recording.wheel_angle(wheel) for wheel in wheels_of(truck)], axis=-1)[present]
     time = recording.time[present]
+    _check_gaps(recording, truck, fixes, time, angles)
     cuts = sorted(
         gap.end
         for gap in recording.gaps
@@ -114,6 +115,26 @@ def _drives(recording: Recording, truck: TruckName) -> list[Drive]:
     return pieces
 
 
+def _check_gaps(recording: Recording, truck: TruckName, fixes: Poses, time: Array, angles: Array) -> None:
+    """Raise an error where most poses lie in one gap of the samples `(N,)`, in which the wheels moved."""
+    after = np.searchsorted(time, fixes.time).clip(1, len(time) - 1)
+    gap = int(np.bincount(after).argmax())
+    count = int(np.sum(after == gap))
+    is_long = time[gap] - time[gap - 1] > _margin(recording)
+    if is_long and 2 * count > len(after) and np.any(angles[gap] != angles[gap - 1]):
+        raise FixError(
+            recording.source,
+            f"{count} of {len(after)} poses of truck {truck} lie where can.log has no samples, "
+            f"{time[gap - 1]:.3f} to {time[gap]:.3f} s: its clock jumps, or frames are lost; cut the log "
+            "there and calibrate from the parts as recordings of their own",
+        )
+
+
+def _margin(recording: Recording) -> float:
+    """Return by how much time [s] a pose may miss the samples."""
+    return 10.0 * recording.vehicle.bus.sync_period
+
+
 def _moving(angles: Array) -> NDArray[np.bool_]:
     """Return which readings `(N,)` differ from the one before or after; the others add no information."""
     changed = np.any(np.diff(angles, axis=0) != 0.0, axis=1)
@@ -132,7 +153,7 @@ def _fixes(recording: Recording, truck: TruckName) -> Poses:
     poses = recording.poses.of(truck)
     known = np.isfinite(poses.pose).any(axis=1) & np.isfinite(poses.time)
     first, last = float(recording.time[0]), float(recording.time[-1])
-    margin = 10.0 * recording.vehicle.bus.sync_period
+    margin = _margin(recording)
     inside = known & (poses.time >= first - margin) & (poses.time <= last + margin)
     if known.any() and not inside.any():
         raise FixError(

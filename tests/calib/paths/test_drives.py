@@ -48,11 +48,17 @@ def test_a_reboot_cuts_the_drive(recording):
     assert [len(drive.fix_time) for drive in drives_of([cut])] == [2, 2]
 
 
+def with_clock_jump(recording):
+    is_late = np.arange(len(recording)) > len(recording) // 4
+    return replace(recording, time=np.where(is_late, recording.time + 1e4, recording.time))
+
+
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
         (lambda one: replace(one, poses=None), "no pose of truck a"),
         (lambda one: with_poses(one, time=one.poses.time + 1e6), "expected one clock"),
+        (with_clock_jump, "2 of 3 poses .* no samples, .* s: its clock jumps"),
         (lambda one: with_poses(one, keep=slice(1)), "two are needed"),
         (lambda one: with_poses(one, pose=np.full((3, 3), np.nan)), "0 known pose"),
         (lambda one: with_poses(one, keep=[2, 1, 0]), "back in time"),
