@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 out = Console(highlight=False, markup=False, emoji=False, soft_wrap=True)  # the terminal wraps lines
-err = Console(stderr=True, highlight=False, emoji=False)
+err = Console(stderr=True, highlight=False, markup=False, emoji=False)
 PROGRESS_PERIOD = 10.0  # [s] between two lines of progress where there is no terminal
 REFRESH = 0.25  # [s] between two updates of a status line
 _problems: list[str] = []
@@ -34,19 +34,19 @@ def say(line: str | Text) -> None:
 
 def note(line: str) -> None:
     """Print a line on stderr."""
-    err.print(line, markup=False, soft_wrap=True)
+    err.print(line, soft_wrap=True)
 
 
 def print_error(sentence: str) -> None:
     """Print one error sentence."""
-    err.print("[bold red]error:[/] ", end="")
-    err.print(sentence, markup=False, soft_wrap=True)
+    err.print("error: ", style="bold red", end="")
+    err.print(sentence, soft_wrap=True)
 
 
 def warn(sentence: str) -> None:
     """Print one warning sentence; the exit code does not change."""
-    err.print("[bold yellow]warning:[/] ", end="")
-    err.print(sentence, markup=False, soft_wrap=True)
+    err.print("warning: ", style="bold yellow", end="")
+    err.print(sentence, soft_wrap=True)
 
 
 def report_problem(sentence: str) -> None:

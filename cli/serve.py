@@ -288,7 +288,7 @@ def revoke(
             name = revoke_key(db, identity).name
     except NotFoundError as error:
         raise CallError(f"there is no key {identity!r}; omnimate key list shows which there are") from error
-    out.print(f"the key of {name} is void", markup=False)
+    out.print(f"the key of {name} is void")
 
 
 def _day(seconds: float | None) -> str:

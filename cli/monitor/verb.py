@@ -111,7 +111,7 @@ def monitor(
         report_problems(log)
     if out.is_terminal:
         last = watch.snapshot
-        err.print(f"{last.frames} frames in {last.since:.0f} s", markup=False)
+        err.print(f"{last.frames} frames in {last.since:.0f} s")
 
 
 def _opener(

@@ -92,7 +92,7 @@ def _write(learned: Learned | None, path: Path) -> None:
     if learned is None:
         raise CallError("--out needs two trucks; of one, `omnimate calibrate` learns from absolute poses")
     save_vehicle(learned_vehicle(*learned), path)
-    err.print(f"written: {path}; drive again, and compare: nothing should be left to learn", markup=False)
+    err.print(f"written: {path}; drive again, and compare: nothing should be left to learn")
 
 
 def _track_recording(

@@ -71,7 +71,7 @@ def show_summary(row: Row, learned: Learned | None, *, to_stdout: bool) -> None:
     values = learned_values(vehicle, slow)
     console.print(new_table("", ("learned", "value", "+-"), rows=map(_learned, values)))
     for advice in advice_of(findings):
-        console.print(str(advice), markup=False, soft_wrap=True)
+        console.print(str(advice), soft_wrap=True)
 
 
 def _learned(learned: LearnedValue) -> tuple[str, str, str]:

@@ -80,6 +80,11 @@ def test_json_lines_on_standard_output_are_nothing_but_json(call, folder):
     assert "filter" in result.err
 
 
+def test_the_table_states_its_units_on_standard_error_too(call, folder):
+    result = call(folder, "--jsonl", "-", "--every", 1.0)
+    assert re.search(r"x \[m\] +y \[m\] +heading \[degrees\]", result.err)
+
+
 def test_csv_holds_a_row_for_every_sample_if_asked(call, folder, drive, tmp_path):
     call(folder, "--csv", tmp_path / "rows.csv", "--every", 0)
     with (tmp_path / "rows.csv").open(encoding="utf-8") as file:
