@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.calib.errors import CalibrationError
+from omnimate.vehicle.errors import describe_read_error
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -48,7 +49,9 @@ def load_motions(path: Path) -> Motions:
                 wanted = ", ".join(COLUMNS)
                 raise CalibrationError(path, f"no column {', '.join(missing)}; expected {wanted}")
             rows = [_row(path, reader.line_num, line) for line in reader]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except (OSError, UnicodeDecodeError) as error:
+        raise CalibrationError(path, f"cannot be read: {describe_read_error(error)}") from error
+    except csv.Error as error:
         raise CalibrationError(path, f"cannot be read: {error}") from error
     if not rows:
         raise CalibrationError(path, "no relative pose in it")

@@ -28,6 +28,7 @@ from omnimate.calib.umbmark.exact import solve_exact, square_returns
 from omnimate.calib.umbmark.printed import Correction, Method, solve_printed
 from omnimate.calib.umbmark.return_errors import MAX_RETURN_SIDES, ReturnErrors, check_directions
 from omnimate.calib.umbmark.runs import SquareRun, return_errors, square_runs
+from omnimate.vehicle.errors import describe_read_error
 from omnimate.vehicle.se2 import wrap
 
 if TYPE_CHECKING:
@@ -195,7 +196,7 @@ def read_table(path: Path | str, side: float) -> ReturnErrors:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise ReturnTableError(path, 1, None, f"cannot be read: {error}") from error
+        raise ReturnTableError(path, 1, None, f"cannot be read: {describe_read_error(error)}") from error
     rows = [
         (number, [cell.strip() for cell in next(csv.reader([line]))])
         for number, line in enumerate(text.splitlines(), start=1)

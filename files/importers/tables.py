@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from omnimate.files.errors import MappingError
+from omnimate.vehicle.errors import describe_read_error
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -105,5 +106,7 @@ def read_table(path: Path | str) -> Table:
     """
     try:
         return Table(tomllib.loads(Path(path).read_text(encoding="utf-8-sig")), str(path))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, UnicodeDecodeError) as error:
+        raise MappingError(path, f"cannot be read: {describe_read_error(error)}") from error
+    except tomllib.TOMLDecodeError as error:
         raise MappingError(path, f"cannot be read: {error}") from error

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.files.errors import SourceError
+from omnimate.vehicle.errors import describe_read_error
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -119,7 +120,7 @@ def read_csv_table(path: Path | str, delimiter: str = "", skip: int = 0) -> CsvT
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise SourceError(path, f"cannot be read: {error}") from error
+        raise SourceError(path, f"cannot be read: {describe_read_error(error)}") from error
     numbered = [(number, line.strip(" ")) for number, line in enumerate(lines, start=1)]
     kept = [(number, line) for number, line in numbered[skip:] if line.strip()]
     data = [(number, line) for number, line in kept if not line.startswith(_COMMENTS)]

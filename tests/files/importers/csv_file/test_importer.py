@@ -170,6 +170,14 @@ def test_a_bad_mapping_is_refused_with_its_key(folder, old, new, problem):
         read_csv(*written(folder, ROWS, MAPPING.replace(old, new)))
 
 
+@pytest.mark.parametrize("name", ["drive.csv", "map.toml"])
+def test_a_file_that_is_no_utf_8_is_refused_with_what_to_do(folder, name):
+    paths = written(folder, ROWS)
+    (folder / name).write_bytes("Größe".encode("latin-1"))
+    with pytest.raises((SourceError, MappingError), match=rf"{name}: .*save the file as UTF-8"):
+        read_csv(*paths)
+
+
 @settings(max_examples=100)
 @given(
     st.binary(max_size=200) | st.text(alphabet="0123456789.,;- \n\tnaetlfrigh", max_size=120).map(str.encode)
