@@ -139,5 +139,6 @@ def _check_clock(recording: Recording, folder: Path) -> None:
             raise RecordingError(
                 folder / RUN,
                 f"lap {number} from {lap.start:.3f} s to {lap.end:.3f} s is not within the log,"
-                f" {first:.3f} s to {last:.3f} s; all files must share its clock",
+                f" {first:.3f} s to {last:.3f} s; all files must share its clock, and where the log ends"
+                " early, laps that it does not hold must be left out",
             )

@@ -185,6 +185,14 @@ def test_laps_and_poses_on_another_clock_are_refused(vehicle, tmp_path, shift):
             load_recording(tmp_path / file)
 
 
+def test_a_lap_beyond_the_end_of_a_log_is_refused_with_what_to_do(vehicle, tmp_path):
+    last = float(recording_of(vehicle).time[-1])
+    laps = Lap("cw", START, last), Lap("ccw", last, last + 60.0)
+    save_recording(recording_of(vehicle, run=Run("umbmark", 4.0, laps)), tmp_path / "cut")
+    with pytest.raises(RecordingError, match=r"lap 2 .* ends early, .* must be left out"):
+        load_recording(tmp_path / "cut")
+
+
 def test_recordings_made_elsewhere_are_whole_and_survive_being_saved(shared_data, tmp_path):
     folders = sorted((shared_data / "concealed").glob("*/*/"))
     assert len(folders) >= 14
