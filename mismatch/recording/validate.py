@@ -61,6 +61,12 @@ def _check_clock(recording: Recording) -> None:
     steps = np.diff(recording.time)
     if len(steps) and float(steps.min()) <= 0.0:
         back = int(np.argmin(steps))
+        if steps[back] == 0.0:
+            raise RecordingError(
+                recording.source,
+                f"two samples have the time {recording.time[back]:.3f} s; expected one SYNC at a time: "
+                "remove frames that are twice in the log",
+            )
         raise RecordingError(
             recording.source,
             f"the clock goes back by {-steps[back]:.3f} s at {recording.time[back]:.3f} s; "

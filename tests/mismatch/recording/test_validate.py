@@ -44,6 +44,10 @@ def without_joint_b(plain):
     ("recordings", "says"),
     [
         (lambda plain: late_by(plain, -5.0), "clock goes back"),
+        (
+            lambda plain: [replace(plain, time=plain.time[np.arange(len(plain)) // 2 * 2])],
+            r"two samples have the time .* twice in the log",
+        ),
         (lambda plain: late_by(plain, 30.0), "clock jumps"),
         (
             lambda plain: [plain, replace(plain, vehicle=replace(plain.vehicle, name="b"))],
