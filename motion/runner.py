@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.motion.program import ProgramError
 from omnimate.motion.records import Settings, State
 from omnimate.motion.stepping import step
 from omnimate.vehicle.compiled import Record, record
@@ -50,6 +51,17 @@ class Runner:
     """
 
     def __init__(self, program: Program, vehicle: VehicleParameters) -> None:
+        """Begin a program.
+
+        Raises:
+            ProgramError: A row moves a truck that the vehicle does not have.
+        """
+        for number, row in enumerate(program.rows):
+            if row.truck >= len(vehicle.trucks):
+                raise ProgramError(
+                    number,
+                    f"moves truck b; {vehicle.name} has truck a alone: make it with link_length=None",
+                )
         self.program = program
         self.rows = program.table
         self.settings = settings_of(program, vehicle)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnimate.motion.paths import figure_eight, out_and_back, rounded_rectangle, squares
-from omnimate.motion.program import HERE, LINE, TURN, Program, Row, in_lap, rest
+from omnimate.motion.program import HERE, LINE, TURN, Program, ProgramError, Row, in_lap, rest
 from omnimate.motion.runner import Runner
 from omnimate.vehicle.arcs import advance
 from omnimate.vehicle.parameters import Limits
@@ -155,3 +155,8 @@ def test_a_rest_lasts_as_long_as_it_says(one_truck):
 def test_two_trucks_without_a_reading_of_the_linkage_are_refused(two_trucks):
     with pytest.raises(ValueError, match="linkage"):
         Runner(out_and_back(1.0, 1), two_trucks).step((0.0, 0.0, 0.0))
+
+
+def test_a_program_that_moves_a_truck_that_is_not_there_is_refused(one_truck):
+    with pytest.raises(ProgramError, match=r"moves truck b; .* has truck a alone"):
+        Runner(squares(["cw", "ccw"], 1.0, link_length=1.0), one_truck)
