@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omnimate.effects.errors import EffectError
 from omnimate.mismatch.candidates.nuisances import add_nuisances
 from omnimate.mismatch.candidates.regression import slices_of
 from omnimate.mismatch.candidates.terms import UNKNOWN, is_near, mounted_terms, smooth_terms, term
@@ -25,6 +26,7 @@ from omnimate.mismatch.scans.disturbances import inflate_disturbed_windows
 from omnimate.mismatch.scans.events import events, merged, push_terms
 from omnimate.mismatch.scans.nonlinear import refine
 from omnimate.mismatch.scans.obstacles import OBSTACLE, find_obstacles, no_obstacles
+from omnimate.vehicle.errors import RecordingError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -66,6 +68,22 @@ class Investigation:
     complete: bool = True  # whether it ended because the answer did not change any more
 
 
+def _nominal(signals: tuple[Signals, ...]) -> Fitted:
+    """Return the fit without effects: only what is calibrated in any case, as where the reference is mounted.
+
+    Raises:
+        RecordingError: No possible value of these brings poses and wheels together.
+    """
+    try:
+        return fitted(signals, DEFAULT_LEVELS, (), ())
+    except EffectError as error:
+        raise RecordingError(
+            signals[0].recording.source,
+            f"its poses do not fit its wheels ({error}); check that x and y are in metres, theta is in "
+            "radians, and both are of the same drive",
+        ) from error
+
+
 def investigate(
     recordings: Sequence[Recording],
     without: Iterable[str] = (),
@@ -77,7 +95,7 @@ def investigate(
     signals = tuple(signals_of(recording) for recording in recordings)
     excluded = set(without)
     library = [term for term in smooth_terms(signals) if term.effect not in excluded]
-    nominal = fitted(signals, DEFAULT_LEVELS, (), ())
+    nominal = _nominal(signals)
     regression = nominal.regression.branch()
     regression.add(startup_nuisances(library, signals))
     regression = whiten_with_estimated_noise(regression)

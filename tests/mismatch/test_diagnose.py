@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,10 +12,11 @@ from omnimate.effects.file import format_effects, parse_effects
 from omnimate.files.recordings.folder import load_recording
 from omnimate.mismatch import diagnose
 from omnimate.mismatch.candidates.terms import SETUP
-from omnimate.motion.paths import out_and_back
+from omnimate.motion.paths import out_and_back, umbmark
 from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
+from omnimate.vehicle.errors import RecordingError
 from tests.samples import SHARED_DATA
 
 CONCEALED = SHARED_DATA / "concealed"
@@ -135,3 +137,11 @@ def test_a_wheel_that_warms_up_is_no_wrong_diameter(diagnosed, effect):
     assert finding.key == ("unknown", "a.left")
     assert finding.depends_on == ("time",)
     assert "+0." in finding.says
+
+
+def test_poses_in_millimetres_and_degrees_are_refused_with_the_recording_and_the_units_expected():
+    vehicle = reference_vehicle()
+    drive = simulate(vehicle, Truth(vehicle, seed=1), umbmark(1.0, 1, link_length=1.0))
+    wrong = replace(drive.poses, pose=drive.poses.pose * [1e3, 1e3, 180.0 / np.pi])
+    with pytest.raises(RecordingError, match=r"simulation of omnimate: its poses do not fit .* in metres"):
+        diagnose([replace(drive, poses=wrong)])
