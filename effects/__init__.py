@@ -38,7 +38,7 @@ from omnimate.effects.wheelbase import Wheelbase
 if TYPE_CHECKING:
     from omnimate.effects.effect import Effect, Scan
 
-EFFECTS: tuple[type[Effect], ...] = (
+EFFECTS: list[type[Effect]] = [
     WheelDiameter,
     WheelEccentricity,
     RadiusVsSpeed,
@@ -65,7 +65,7 @@ EFFECTS: tuple[type[Effect], ...] = (
     ClockDrift,
     ReferenceOffset,
     Law,
-)
+]
 
 
 # In the order of a calibration's report.

@@ -48,7 +48,7 @@ class TyreWarming(Effect):
         return block.with_travel(wheel, block.travel[:, wheel] * (1.0 + growth)), start
 
 
-effects.EFFECTS += (TyreWarming,)  # in the library: a line in effects/__init__.py
+effects.EFFECTS.append(TyreWarming)  # in the library: a line in effects/__init__.py
 
 drive = paths.figure_eight(laps=8)
 effect = TyreWarming("a.left", growth=0.006)

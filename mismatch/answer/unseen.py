@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 # What a drive must be able to show before "agreement" means something: coefficients with a standard
 # deviation of less than this share of what robots in use are off by.
 _SEEN = 0.7
-_DRIVES = {kind.name: kind.separating_drive for kind in EFFECTS if kind.separating_drive}
 
 
 def blind(posterior: Posterior) -> list[Key]:
@@ -43,4 +42,5 @@ def unseen_in_words(unseen: Sequence[Key]) -> tuple[str, tuple[str, ...]]:
 
 def drives_for(effects: Iterable[str]) -> tuple[str, ...]:
     """Return one drive for each effect, by name, that separates it from others."""
-    return tuple(dict.fromkeys(_DRIVES[effect] for effect in effects if effect in _DRIVES))
+    drives = {kind.name: kind.separating_drive for kind in EFFECTS if kind.separating_drive}
+    return tuple(dict.fromkeys(drives[effect] for effect in effects if effect in drives))

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from omnimate.effects import effect_named
+from omnimate.effects import EFFECTS, effect_named
 from omnimate.effects.bump import BumpEvents
 from omnimate.effects.count_loss import CountLoss
+from omnimate.effects.wheel_diameter import WheelDiameter
 from omnimate.mismatch.candidates.terms import smooth_terms, term
 from omnimate.mismatch.recording.signals import signals_of
 from omnimate.mismatch.scans.events import merged
@@ -82,3 +83,14 @@ def test_a_law_and_what_stands_at_a_moment_are_no_smooth_candidates(signals):
 def test_one_name_has_candidates_of_distinct_sizes_or_thresholds_only(signals):
     told = [(single.key, single.size, tuple(single.fixed.items())) for single in smooth_terms([signals])]
     assert len(set(told)) == len(told)
+
+
+def test_an_effect_is_a_candidate_also_if_it_is_added_after_the_diagnosis_was_imported(signals):
+    class Novel(WheelDiameter):
+        name = "novel"
+
+    EFFECTS.append(Novel)
+    try:
+        assert "novel" in {candidate.effect for candidate in smooth_terms([signals])}
+    finally:
+        EFFECTS.remove(Novel)
