@@ -57,3 +57,9 @@ def test_every_extra_that_code_or_a_page_or_another_extra_names_exists():
     ]
     named = {name for text in texts for names in NAMED.findall(text) for name in names.split(",")}
     assert {"service", "rosbag"} <= named <= set(EXTRAS)
+
+
+def test_the_table_of_extras_has_every_extra_that_is_not_for_work_on_the_project_itself():
+    page = (ROOT / "docs" / "reference" / "buses.md").read_text(encoding="utf-8")
+    table = set(re.findall(r"^\| `([a-z0-9]+)` \| ", page.partition("## Extras")[2], re.MULTILINE))
+    assert table == set(EXTRAS) - {"dev", "docs", "fuzz"}
