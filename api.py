@@ -156,6 +156,7 @@ def simulate(
         start_time: Time of the first sample [s].
 
     Raises:
+        ProgramError: The program moves truck b, which the robot does not have.
         SimulationError: The program does not end, or an effect acts on what the robot does not have.
     """
     robot = reference_vehicle() if vehicle is None else vehicle

@@ -91,6 +91,7 @@ def simulate(
 
     Raises:
         EndStopError: The linkage was driven to its end stop.
+        ProgramError: The program moves truck b, which the vehicle does not have.
         SimulationError: The program does not end within a day of driving.
     """
     plant, period, driven = Plant(truth, vehicle, start_time=start_time), vehicle.bus.sync_period, 0
