@@ -20,7 +20,7 @@ from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import CALIBRATED, Prior
 from omnimate.ipec.linkage_check import LINKAGE, FrozenChannel, frozen_channels
 from omnimate.ipec.one_truck import OneTruckFilter, estimate_one_truck
-from omnimate.vehicle.odometry import Odometer, dead_reckon
+from omnimate.vehicle.odometry import Odometer, check_pose_units, dead_reckon
 from omnimate.vehicle.parameters import WHEELS
 from omnimate.vehicle.recording import Recording
 from omnimate.vehicle.se2 import between, compose
@@ -276,9 +276,11 @@ def fixes_of(recording: Recording) -> Poses:
 
     Raises:
         FixError: It has none.
+        RecordingError: They are in millimetres, or in degrees.
     """
     if recording.poses is None:
         raise FixError(recording.source)
+    check_pose_units(recording)
     return replace(recording.poses, sigma=fix_sigma(recording.poses.sigma))
 
 

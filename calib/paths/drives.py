@@ -9,7 +9,7 @@ import numpy as np
 
 from omnimate.calib.errors import CalibrationError, FixError
 from omnimate.calib.recordings import check_one_robot, check_one_truck, check_wheels
-from omnimate.vehicle.odometry import truck_travel, wheels_of
+from omnimate.vehicle.odometry import check_pose_units, truck_travel, wheels_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -150,6 +150,7 @@ def _fixes(recording: Recording, truck: TruckName) -> Poses:
             recording.source,
             f"poses.csv has no pose of truck {truck}; least squares needs absolute poses, dense or at stops",
         )
+    check_pose_units(recording)
     poses = recording.poses.of(truck)
     known = np.isfinite(poses.pose).any(axis=1) & np.isfinite(poses.time)
     first, last = float(recording.time[0]), float(recording.time[-1])

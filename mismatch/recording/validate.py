@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimate.vehicle.errors import RecordingError
-from omnimate.vehicle.odometry import truck_travel
+from omnimate.vehicle.odometry import check_pose_units, truck_travel
 from omnimate.vehicle.recording import check_distinct
 
 if TYPE_CHECKING:
@@ -111,6 +111,7 @@ def _check_poses(recording: Recording) -> None:
             f"({recording.time[0]:.3f} to {recording.time[-1]:.3f} s; poses from {poses.time.min():.3f} to "
             f"{poses.time.max():.3f} s): they are on another clock; shift poses.csv to the clock of can.log",
         )
+    check_pose_units(recording)
 
 
 def _check_laps(recording: Recording) -> None:

@@ -17,6 +17,8 @@ from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth
 from omnimate.vehicle.errors import RecordingError
+from omnimate.vehicle.odometry import dead_reckon
+from omnimate.vehicle.recording import Poses
 from tests.samples import SHARED_DATA
 
 CONCEALED = SHARED_DATA / "concealed"
@@ -139,9 +141,15 @@ def test_a_wheel_that_warms_up_is_no_wrong_diameter(diagnosed, effect):
     assert "+0." in finding.says
 
 
-def test_poses_in_millimetres_and_degrees_are_refused_with_the_recording_and_the_units_expected():
+@pytest.mark.parametrize("at", ["all along", "stops"])
+def test_poses_in_other_units_are_refused_with_the_recording_and_the_units_expected(at):
     vehicle = reference_vehicle()
     drive = simulate(vehicle, Truth(vehicle, seed=1), umbmark(1.0, 1, link_length=1.0))
-    wrong = replace(drive.poses, pose=drive.poses.pose * [1e3, 1e3, 180.0 / np.pi])
-    with pytest.raises(RecordingError, match=r"simulation of omnimate: its poses do not fit .* in metres"):
+    poses = drive.poses
+    if at == "all along":
+        time = drive.time[::50]
+        known = np.full((len(time), 3), np.nan)
+        poses = Poses(time, np.full(len(time), "a"), dead_reckon(drive)[::50], known)
+    wrong = replace(poses, pose=poses.pose * [1e3, 1e3, 180.0 / np.pi])
+    with pytest.raises(RecordingError, match=r"simulation of omnimate: .*poses .* in metres"):
         diagnose([replace(drive, poses=wrong)])

@@ -1,5 +1,7 @@
 """Dead reckoning: whole recordings and single samples agree, and lost samples never look like a turn."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,8 +9,9 @@ from hypothesis import strategies as st
 
 from omnimate.vehicle.errors import RecordingError
 from omnimate.vehicle.file import parse_vehicle
-from omnimate.vehicle.odometry import Odometer, dead_reckon
-from omnimate.vehicle.recording import Recording
+from omnimate.vehicle.odometry import Odometer, check_pose_units, dead_reckon
+from omnimate.vehicle.recording import Poses, Recording
+from omnimate.vehicle.se2 import compose, wrap
 from tests.recordings import samples
 
 
@@ -63,3 +66,36 @@ def test_wheels_never_seen_together_are_an_error_that_says_where_to_look(vehicle
     present = np.array([[True, False], [False, True]])
     with pytest.raises(RecordingError, match=r"a\.left and a\.right are never there in the same sample"):
         dead_reckon(recording_of(vehicle, [0, 1], [0, 1], present), "a")
+
+
+def driven(vehicle, random, count, frame, *, wrapped):
+    """A drive of about 40 m with turns, and `count` poses of it in another frame, with some noise."""
+    speeds = random.integers(0, [[900], [92]], (2, 16)).repeat(250, axis=1)
+    recording = recording_of(vehicle, *np.cumsum(speeds * [[1], [-1]], axis=1))
+    rows = np.sort(random.choice(4000, count, replace=False))
+    pose = compose(frame, dead_reckon(recording)[rows]) + random.normal(0.0, 0.01, (count, 3))
+    pose[:, 2] = wrap(pose[:, 2]) if wrapped else pose[:, 2]
+    sigma = np.full((count, 3), 0.01)
+    return replace(recording, poses=Poses(recording.time[rows], np.full(count, "a"), pose, sigma))
+
+
+@settings(max_examples=40)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    count=st.sampled_from([0, 1, 10, 400]),
+    frame=st.tuples(*[st.floats(-50.0, 50.0)] * 3),
+    wrapped=st.booleans(),
+)
+def test_poses_in_metres_and_radians_are_taken_in_any_frame_and_those_in_other_units_refused(
+    vehicle, seed, count, frame, wrapped
+):
+    recording = driven(vehicle, np.random.default_rng(seed), count, frame, wrapped=wrapped)
+    check_pose_units(recording)
+    for factors, words in (
+        ((1e3, 1e3, 1.0), "not in millimetres"),
+        ((1.0, 1.0, 180.0 / np.pi), "in radians"),
+    ):
+        wrong = replace(recording.poses, pose=recording.poses.pose * factors)
+        if count >= 10:
+            with pytest.raises(RecordingError, match=words):
+                check_pose_units(replace(recording, poses=wrong))
