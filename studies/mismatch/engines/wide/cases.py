@@ -36,6 +36,7 @@ WEAK, ATTEMPTS = 0.1, 6  # share of faults of any strength; draws for a clear on
 KINDS = {"null": 0.4, "single": 0.35, "multi": 0.1, "unknown": 0.15}  # shares of the cases
 DROPPED = (0.0, 0.0, 0.002, 0.02)  # share of frames that are lost
 BEYOND = 0.3  # share of an unnamed fault's strength that every curve in one quantity must leave, if possible
+FINE = 4096  # counts in one of the robot's, where a change is measured
 BENT = 1.2  # [rad] of a joint beyond which a drive is drawn again
 UNNAMED = {
     "warmth": WHEELS,
@@ -219,8 +220,12 @@ def _is_driveable(robot: Robot, driven: Log) -> bool:
 
 
 def _smooth(setting: _Setting, faults: Sequence[Fault]) -> Mapping[str, Array]:
-    """Return the residual of a drive with faults on a smooth floor, with sensors that do not scatter."""
-    robot = replace(setting.robot, jitter=0.0)
+    """Return the residual of a drive with faults on a smooth floor, with sensors that do not scatter.
+
+    Their counts are so fine that a change holds no rounding, which no curve could follow.
+    """
+    fine = tuple(replace(device, resolution=FINE * device.resolution) for device in setting.robot.devices)
+    robot = replace(setting.robot, jitter=0.0, devices=fine)
     scene = replace(setting.scene, robot=robot, floor=Floor(0.0, 0.0))
     driven = scene.driven([scene.fault(*fault) for fault in faults])
     return residual(seen(robot, driven, setting.measuring, None))
