@@ -125,6 +125,8 @@ class Recording:
         wheels = (len(self.time), len(self.vehicle.wheels))
         if self.commands is not None and self.commands.shape != wheels:
             raise ValueError(f"commands {self.commands.shape}; expected {wheels}")
+        if not np.isfinite(self.time).all():
+            raise ValueError("time holds values that are not finite; expected seconds, one for each SYNC")
         if len(self.time) == 0:
             raise RecordingError(self.source, "no sample in it; expected SYNC frames (COB-ID 080h) and PDOs")
         _freeze(self.time, self.counts, self.present)

@@ -1,6 +1,7 @@
 """Recordings: frozen, consistent, and in the units that they state."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -41,6 +42,11 @@ def test_nothing_in_it_can_be_overwritten(recording):
         recording.counts[0, 0] = 1
     with pytest.raises(AttributeError):
         recording.source = "elsewhere"
+
+
+def test_times_must_be_finite(recording):
+    with pytest.raises(ValueError, match="expected seconds, one for each SYNC"):
+        replace(recording, time=np.where(recording.time > recording.time[1], np.nan, recording.time))
 
 
 def test_shapes_must_belong_together(recording):
