@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 TPDO, RPDO = 0x1800, 0x1400  # communication parameters of the first PDO
 MAPPING = 0x200  # from communication to mapping parameters
-# Upper bits of a PDO's COB-ID (CiA 301, 7.5.2.37): it is switched off; it cannot be requested.
-INVALID, NO_RTR = 1 << 31, 1 << 30
+# Upper bits of a PDO's COB-ID (CiA 301, 7.5.2.37): it is switched off; it cannot be requested; 29 bits.
+INVALID, NO_RTR, EXTENDED = 1 << 31, 1 << 30, 1 << 29
 # SDO abort codes of devices that cannot map an object; CiA 301 asks for the first two
 NOT_MAPPABLE = frozenset({0x06020000, 0x06040041, 0x06090011, 0x06090030})
 MAX_ENTRIES = 64  # of a mapping: 64 objects of one bit (CiA 301, 7.5.2.38)
@@ -46,8 +46,13 @@ class PdoSetting:
 
     @property
     def cob_id(self) -> int:
-        """The 11-bit identifier without the upper bits."""
-        return self.raw & 0x7FF
+        """The identifier of 11 bits, or that of 29 bits with bit 29 set."""
+        return self.raw & (EXTENDED | 0x1FFFFFFF if self.is_extended else 0x7FF)
+
+    @property
+    def is_extended(self) -> bool:
+        """Whether the identifier has 29 bits; the driver receives no such PDO."""
+        return bool(self.raw & EXTENDED)
 
     @property
     def is_valid(self) -> bool:

@@ -45,7 +45,7 @@ def status_source(node: int, settings: Iterable[PdoSetting], sync_period: float 
     is_timely = False
     for setting in settings:
         for bit, entry in placed(setting.entries):
-            if entry == STATUS_WORD and setting.is_valid:
+            if entry == STATUS_WORD and setting.is_valid and not setting.is_extended:
                 fields.append((setting.cob_id, bit))
                 is_timely |= sync_period is not None and _is_timely(setting, sync_period)
     return StatusSource(node, tuple(fields), is_timely)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from omnimate.driver.canopen.pdo_mapping import AXIS, placed
+from omnimate.driver.canopen.pdo_parameters import TPDO
 from omnimate.driver.scan.node import LINEAR, LINEAR_SENSORS, SINGLE_TURN
 from omnimate.vehicle.drafting import bus_lines, geometry_lines, known_line, unknown_line
 
@@ -125,8 +126,9 @@ def positions_of(node: NodeReading) -> list[Position]:
     for setting in sorted(node.tpdos, key=_preference):
         for bit, entry in placed(setting.entries):
             if _is_position(entry.index):
-                where = (setting.cob_id, bit, entry.bits)
-                position = Position(node, entry.index, entry.subindex, *where, is_mapped=True)
+                where = (_cob_id(setting, node.node), bit, entry.bits)
+                is_mapped = not setting.is_extended
+                position = Position(node, entry.index, entry.subindex, *where, is_mapped=is_mapped)
                 first.setdefault((entry.index, entry.subindex), position)
     mapped = sorted(first.values(), key=lambda position: (position.index, position.subindex))
     if mapped:
@@ -139,6 +141,13 @@ def positions_of(node: NodeReading) -> list[Position]:
     number = 1 if 1 in bases else 0
     cob_id = 0x180 + 0x100 * number + node.node
     return [Position(node, default, 0, cob_id, 0, 32, is_mapped=False)]
+
+
+def _cob_id(setting: PdoSetting, node: int) -> int:
+    """Return the COB-ID of a PDO, or where it has 29 bits the predefined one, which the driver will set."""
+    if not setting.is_extended:
+        return setting.cob_id
+    return (0x180 if setting.base >= TPDO else 0x200) + 0x100 * (setting.base & 0xFF) + node
 
 
 def _preference(setting: PdoSetting) -> tuple[bool, bool, int]:
@@ -230,7 +239,8 @@ def _drive(node: NodeReading, eds: Mapping[int, str]) -> Iterator[str]:
     cob_id, start, how = 0x200 + node.node, 0, "the driver will map it"
     if setting is not None:
         start = next(bit for bit, entry in placed(setting.entries) if entry.index == TARGET)
-        cob_id, how = setting.cob_id, "carries 60FFh"
+        cob_id = _cob_id(setting, node.node)
+        how = how if setting.is_extended else "carries 60FFh"
     yield known_line("cob_id", f"0x{cob_id:03X}", how)
     if start:
         yield known_line("start_bit", str(start), "of 60FFh")

@@ -38,6 +38,16 @@ def test_a_pdo_is_mapped_in_the_order_of_cia_301_and_keeps_bit_30(kit, device):
     ]
 
 
+@pytest.mark.parametrize("raw", [0x20000181, 0x38FF0181])
+def test_a_pdo_with_29_bits_gets_the_11_bits_of_vehicle_toml(kit, device, raw):
+    """Also where its lower bits are those of `vehicle.toml`: its frames would never be received."""
+    kit.configure(device)
+    device.put(0x1800, 1, raw)
+    report, _ = kit.configure(device)
+    assert device.number(0x1800, 1) == 0x181
+    assert "TPDO1 181h type 1 maps 6004h:00 32 bits" in report.changed
+
+
 def test_inhibit_time_and_event_timer_are_cleared(kit, device):
     device.put(0x1800, 3, 100)
     device.put(0x1800, 5, 50)

@@ -148,6 +148,13 @@ def test_a_tpdo_without_inhibit_time_one_that_is_off_and_an_encoders_stay_as_the
     assert not any(index == 0x1800 for index, _, _ in device.writes)
 
 
+def test_a_status_word_in_a_tpdo_with_29_bits_is_asked_for_by_sdo(device, configured):
+    """The driver receives no such PDO, so that a fault of the drive would not be seen."""
+    device.put(0x1800, 1, 0x38FF0191)
+    _, source, _ = configured()
+    assert (source.fields, source.is_timely) == ((), False)
+
+
 def test_a_tpdo_without_status_word_is_remarked_and_stays_as_it_is(device, configured):
     device.put(0x1A00, 1, POSITION)
     configuration, source, _ = configured()

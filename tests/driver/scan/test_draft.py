@@ -123,6 +123,15 @@ def test_an_encoder_without_a_mapping_gets_a_pdo_that_the_driver_maps():
     assert re.search(r"cob_id = 0x285 +# the driver will map it", text)
 
 
+def test_a_pdo_with_29_bits_is_drafted_with_the_predefined_cob_id_that_the_driver_will_set():
+    """Its lower 11 bits are no identifier of the bus, nor may `vehicle.toml` have one of 29 bits."""
+    encoder = NodeReading(5, 0x00020196, tpdos=(pdo(TPDO + 1, 0x38FF01A0, (0x6004, 0, 32)),))
+    drive = NodeReading(6, 0x00020192, rpdos=(pdo(RPDO, 0x38FF01A0, (0x60FF, 0, 32)),))
+    text = draft(encoder, drive)
+    assert re.search(r"cob_id = 0x285 +# the driver will map it", text)
+    assert re.search(r"cob_id = 0x206 +# the driver will map it", text)
+
+
 def test_the_velocity_pdo_of_a_drive_is_used_and_its_gear():
     objects = {(0x608F, 1): 4096, (0x608F, 2): 1, (0x6091, 1): 49, (0x6091, 2): 2}
     drive = NodeReading(
