@@ -134,7 +134,9 @@ class Assembler:
         if self.started is None:
             self.started = time
         self._waiting = self._reliable.copy()
-        self._waiting_shortly = self._unreliable.copy()
+        # where all are silent, nothing else shows that the answers to this SYNC are over
+        is_awaited = self._reliable or self._unreliable
+        self._waiting_shortly = self._unreliable.copy() if is_awaited else set(self.cob_ids)
 
     def frame(self, cob_id: int, data: bytes | bytearray, device_time: float, arrival_time: float) -> None:
         """Take a frame of an expected PDO, at any time and of any content.

@@ -59,3 +59,26 @@ def test_late_answers_in_a_burst_turn_no_heading(begun, tmp_path, syncs, release
         assert (recording.counts[row][both] == np.array(sample.counts)[both]).all()
     travel = dead_reckon(recording, "a")
     assert np.abs(travel[:, 2]).max() < 0.3 * step
+
+
+@pytest.mark.usefixtures("family")
+def test_no_answer_is_late_after_a_silence_of_all_nodes_and_the_recording_gives_the_same(begun, tmp_path):
+    """As where the cable to all encoders has a loose contact for 0.2 s."""
+    recorder = Recorder(tmp_path / "lap", two_trucks())
+    driver, bus = begun(recorder=recorder)
+    rolling(bus)
+    driver.configure()
+    samples = cycles(driver, 0.3)
+    encoders = [bus.nodes[node] for node in range(1, 8)]
+    sends = [encoder.send for encoder in encoders]
+    for encoder in encoders:
+        encoder.send = lambda _can_id, _data: None
+    samples += cycles(driver, 0.2)
+    for encoder, send in zip(encoders, sends, strict=True):
+        encoder.send = send
+    samples += cycles(driver, 0.3)
+    recorder.close()
+    assert [node.late for node in driver.report().nodes] == [0] * len(driver.report().nodes)
+    recording = load_recording(tmp_path / "lap")
+    assert recording.present.tolist() == [list(sample.present) for sample in samples]
+    assert recording.counts.tolist() == [list(sample.counts) for sample in samples]

@@ -128,6 +128,17 @@ def test_a_silent_node_is_not_waited_for_until_it_is_heard(assembler):
     ]
 
 
+def test_after_a_silence_of_all_nodes_their_first_answers_are_waited_for_shortly(assembler):
+    """A sample that is closed at its SYNC would make late frames of answers that are in time."""
+    for index in range(4):
+        cycle(assembler, index, 5, [])
+    assembler.begin(4, 0.06)
+    assert assembler.is_complete
+    assert not assembler.is_settled
+    answer(assembler, 5)
+    assert all(assembler.close().present)
+
+
 def test_a_silent_node_of_which_a_late_frame_comes_is_waited_for_again(assembler):
     cycle(assembler, 0, 5)
     for index in range(1, 5):
