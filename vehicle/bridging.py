@@ -1,7 +1,8 @@
-"""Estimation of the travel that a restarted wheel counter lost, from the truck's other wheel.
+"""Estimation of the travel that a wheel counter lost in a gap, from the truck's other wheel.
 
-During a restart only the other wheel is counted. The ratio of both wheels' travel before the gap, such as on
-a straight line or in a turn on the spot, is assumed to hold during the gap.
+During a restart, or while a counter passes its range unread, only the other wheel is counted. The ratio of
+both wheels' travel before the gap, such as on a straight line or in a turn on the spot, is assumed to hold
+during the gap.
 """
 
 from __future__ import annotations
@@ -34,9 +35,9 @@ class BridgedCounter(Counter):
     scale: float  # travel per count [m]
     history: Annotated[IntArray, RATIO_WINDOW + 1]  # last counts, of sample n at n modulo its length
     has_history: bool  # whether the wheel has been read
-    lost: int  # counts that are added in this sample for a restart
+    lost: int  # counts that are added in this sample for a restart, or for ranges that were passed unread
     is_pair_known: bool  # whether both wheels were read in some sample; of the last one are the next fields
-    pair_count: int  # count of the other wheel in it
+    pair_counts: Annotated[IntArray, 2]  # counts of this and the other wheel in it
     pair_travel: Annotated[IntArray, 2]  # counts of this and the other over `RATIO_WINDOW`
     is_partner_rebased: bool  # whether the other wheel's counter was restarted since then
 
@@ -57,25 +58,34 @@ def set_partners(counters: Record, vehicle: VehicleParameters) -> None:
 
 @compiled
 def lost_counts(wheel: BridgedCounter, other: BridgedCounter) -> int:
-    """Return the estimated counts that a wheel lost, whose counter was restarted in this sample."""
+    """Return the estimated counts that a wheel lost, whose counter was restarted, or is ambiguous.
+
+    Those of an ambiguous counter are a multiple of its range.
+    """
     travel, other_travel = float(wheel.pair_travel[0]), float(wheel.pair_travel[1])
     if not wheel.is_pair_known or wheel.is_partner_rebased or other_travel == 0.0:
         return 0
     if abs(travel * wheel.scale) > MAX_RATIO * abs(other_travel * other.scale):
         return 0
-    return int(np.rint(float(other.count - wheel.pair_count) * travel / other_travel))
+    counted = wheel.count - wheel.pair_counts[0]
+    if counted != 0 and not other.present:  # what the other one has travelled meanwhile is unknown
+        return 0
+    lost = float(other.count - wheel.pair_counts[1]) * travel / other_travel - float(counted)
+    unit = 1 if wheel.rebased else wheel.periods[0]
+    return int(np.rint(lost / unit)) * unit
 
 
 @compiled
 def bridge(counters: Record, number: int) -> None:
-    """Correct the counters `(C,)` that were restarted in sample `number`, after all of its readings."""
+    """Correct the counters `(C,)` that lost travel before sample `number`, after all of its readings."""
     for column in range(len(counters)):
         wheel = counters[column]
         wheel.lost = 0
         if wheel.partner >= 0:
-            wheel.is_partner_rebased |= counters[wheel.partner].rebased
-            if wheel.rebased:
-                wheel.lost = lost_counts(wheel, counters[wheel.partner])
+            other = counters[wheel.partner]
+            wheel.is_partner_rebased |= other.rebased
+            if wheel.rebased or (wheel.is_ambiguous and not other.is_ambiguous):
+                wheel.lost = lost_counts(wheel, other)
     for column in range(len(counters)):
         wheel = counters[column]
         wheel.count += wheel.lost
@@ -95,5 +105,5 @@ def _store_pair(wheel: BridgedCounter, other: BridgedCounter, number: int) -> No
     first = (number + 1) % len(wheel.history)
     wheel.pair_travel[0] = wheel.count - wheel.history[first]
     wheel.pair_travel[1] = other.count - other.history[first]
-    wheel.pair_count = other.count
+    wheel.pair_counts[0], wheel.pair_counts[1] = wheel.count, other.count
     wheel.is_pair_known, wheel.is_partner_rebased = True, False

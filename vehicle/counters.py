@@ -4,7 +4,8 @@ A counter of range N is known only modulo N, so the shortest step between two re
 no robot can make is rejected: the channel is not present in that sample and keeps its last count. If the next
 reading continues from the rejected one, the counter has really moved (a restart without a boot-up message): a
 wheel is re-baselined there without a jump (`omnimate.vehicle.bridging` estimates the lost travel); an
-absolute encoder (joint, link) is accepted.
+absolute encoder (joint, link) is accepted. After so many lost samples that it may have moved by half of its
+range or more, `omnimate.vehicle.bridging` adds the ranges that a wheel has passed.
 """
 
 from __future__ import annotations
@@ -56,6 +57,7 @@ class Counter:
     has_restarted: bool  # whether the device has restarted since the last accepted reading
     present: bool  # whether a reading was accepted in this sample
     rebased: bool  # whether it was one of a wheel's counter that had restarted
+    is_ambiguous: bool  # whether it may have moved by half of its range or more since the reading before
 
 
 def counter_law(encoder: Encoder, vehicle: VehicleParameters) -> CounterLaw:
@@ -128,6 +130,8 @@ def take_reading(counter: Counter, raw: int) -> None:
             counter.rebased = not counter.is_absolute
             if counter.rebased:
                 step = 0
+        else:
+            counter.is_ambiguous = counter.samples * counter.max_step > counter.below_half
     counter.count += step
     counter.raw, counter.samples = raw, 0
     counter.is_known, counter.is_suspect, counter.has_restarted, counter.present = True, False, False, True
@@ -137,7 +141,7 @@ def take_reading(counter: Counter, raw: int) -> None:
 def begin_sample(counter: Counter) -> None:
     """Begin a sample; `take_reading` may follow."""
     counter.samples += 1
-    counter.present, counter.rebased = False, False
+    counter.present, counter.rebased, counter.is_ambiguous = False, False, False
 
 
 @compiled

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -12,6 +12,7 @@ from omnimate.vehicle.counters import CounterLaw, begin_sample, counters_of, tak
 # numba takes code that was compiled for plain counters, in the same process, for bridged ones, and says so.
 pytestmark = pytest.mark.filterwarnings("ignore::numba.core.errors.NumbaExperimentalFeatureWarning")
 LAW = CounterLaw((2**32,), 10_000, absolute=False)
+NARROW = CounterLaw((1000,), 300, absolute=False)  # ambiguous after two lost samples
 STEPS = st.integers(-50, 50)
 PATHS = st.lists(st.tuples(STEPS, STEPS), min_size=1, max_size=30)
 GAPS = st.lists(st.tuples(STEPS, STEPS), max_size=5)
@@ -21,8 +22,8 @@ SCALES = st.sampled_from([(1.0, 1.0), (1.0, -2.0), (-2.0, 1.0)])
 class Truck:
     """Two wheel counters, which are read in each sample unless they are missing."""
 
-    def __init__(self, scales=(1.0, 1.0)):
-        self.counters = counters_of([LAW, LAW], BridgedCounter)
+    def __init__(self, scales=(1.0, 1.0), law=LAW):
+        self.counters = counters_of([law, law], BridgedCounter)
         self.counters["partner"], self.counters["scale"] = (1, 0), scales
         self.number = 0
 
@@ -100,6 +101,56 @@ def test_nothing_is_estimated_where_the_wheels_were_never_read_together():
     for count in range(0, 100, 10):
         truck.sample(count, None)
     assert truck.sample(5, 13, restarted=[0]) == ([90, 13], [0, 0])
+
+
+def test_a_restart_loses_no_travel_that_the_wheel_counted_while_the_other_one_was_not_read():
+    truck = Truck()
+    for count in range(0, 100, 10):
+        truck.sample(count, count)
+    truck.sample(190, None)
+    assert truck.sample(5, 200, restarted=[0]) == ([200, 200], [10, 0])
+
+
+def test_nothing_is_estimated_while_the_other_wheel_is_not_read_and_this_one_has_counted_on():
+    truck = Truck()
+    for count in range(0, 100, 10):
+        truck.sample(count, count)
+    truck.sample(190, None)
+    assert truck.sample(5, None, restarted=[0]) == ([190, 90], [0, 0])
+
+
+@given(st.integers(-30, 30), st.integers(3, 200), st.integers(-490, 490))
+def test_the_ranges_that_a_counter_passes_while_it_is_not_read_are_known_by_the_other_wheel(
+    speed, missed, deviation
+):
+    """The two wheels may differ by less than half of a range; speed in tens of counts per sample."""
+    truck, step = Truck(law=NARROW), 10 * speed or 10
+    assume((missed * step + deviation) % 1000 != 500)  # a step of exactly half a range is no step
+    for number in range(-12, 1):
+        truck.sample(number * step % 1000, number * step % 1000)
+    start = truck.counters["count"].tolist()
+    for number in range(1, missed):
+        truck.sample(None, number * step % 1000)
+    travel = missed * step
+    counts, _ = truck.sample((travel + deviation) % 1000, travel % 1000)
+    assert [after - before for after, before in zip(counts, start, strict=True)] == [
+        travel + deviation,
+        travel,
+    ]
+
+
+def test_no_range_is_added_where_the_other_wheel_says_nothing():
+    """It is not read either, or it is back in the same sample and may have passed its range, too."""
+    for back in (None, 90):
+        truck = Truck(law=NARROW)
+        for count in range(0, 100, 10):
+            truck.sample(count, count)
+        for count in range(190, 5000, 100):
+            truck.sample(count % 1000, None)
+        assert truck.counters["count"][0] == 4990
+        for _ in range(5):
+            truck.sample(None, None)
+        assert truck.sample(90, back)[0][0] == 5090
 
 
 def test_the_partner_of_a_wheel_is_the_other_one_of_its_truck_and_encoders_of_the_linkage_have_none():
