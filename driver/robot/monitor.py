@@ -109,7 +109,9 @@ class Monitor:
         function, node = can_id & ~0x7F, can_id & 0x7F
         if can_id in self.status_words.fields:
             self._flooding.note(can_id)
-            self.status_words.pdo(can_id, data, self._clock.now())
+            if not self.status_words.pdo(can_id, data, self._clock.now()):
+                for owner, _ in self.status_words.fields[can_id]:
+                    self.counts[owner].wrong_length += 1
             return True
         if node not in self.counts or function not in {EMCY, SDO_ANSWER, HEARTBEAT}:
             return False

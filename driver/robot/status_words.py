@@ -66,6 +66,7 @@ class _MonitoredDrive:
     patience: float
     asked: float | None = None
     sent: float = 0.0
+    is_cut: bool = False  # whether the last TPDO that should carry the word was too short for it
 
 
 class StatusWordMonitor:
@@ -105,12 +106,21 @@ class StatusWordMonitor:
         """Stop monitoring: the drives are stopped."""
         self._drives = {}
 
-    def pdo(self, cob_id: int, data: bytes | bytearray, now: float) -> None:
-        """Take a TPDO of `fields` at time `now` [s]; one that is too short is ignored."""
+    def pdo(self, cob_id: int, data: bytes | bytearray, now: float) -> bool:
+        """Take a TPDO of `fields` at time `now` [s]; return False where it is too short.
+
+        A drive that sends such a one is asked by SDO.
+        """
         word = int.from_bytes(data, "little")
+        is_whole = True
         for node, bit in self.fields[cob_id]:
-            if bit + STATUS_WORD.bits <= 8 * len(data):
+            is_cut = bit + STATUS_WORD.bits > 8 * len(data)
+            is_whole &= not is_cut
+            if node in self._drives:
+                self._drives[node].is_cut = is_cut
+            if not is_cut:
                 self._status(node, word >> bit & 0xFFFF, now)
+        return is_whole
 
     def sdo_answer(self, node: int, data: bytes | bytearray, now: float) -> None:
         """Take an SDO answer of 8 bytes at time `now` [s]; those about other objects are ignored."""
@@ -124,7 +134,8 @@ class StatusWordMonitor:
         """
         for drive in tuple(self._drives.values()):
             if drive.asked is None:
-                if not drive.source.is_timely and now - drive.seen >= STATUS_AGE:
+                is_timely = drive.source.is_timely and not drive.is_cut
+                if not is_timely and now - drive.seen >= STATUS_AGE:
                     self._request(drive, now)
             elif now - drive.asked >= drive.patience:
                 self._report(drive, now, f"no answer for its status word 6041h within {drive.patience:.2g} s")

@@ -171,3 +171,15 @@ def test_a_host_that_was_busy_for_a_fifth_of_a_second_stops_nothing(driving, sta
         bus.forget()
     drive(driver, 0.5)
     assert driver.drives.troubles == ()
+
+
+@pytest.mark.parametrize("length", [0, 1])
+def test_a_drive_whose_tpdo_is_too_short_for_its_status_word_is_asked_for_it_by_sdo(driving, length):
+    driver, bus = driving("first")
+    device = bus.nodes[OUT]
+    send, tpdo = device.send, 0x180 + OUT
+    device.send = lambda can_id, data: send(can_id, data[:length] if can_id == tpdo else data)
+    device.fault()
+    with pytest.raises(DrivesStopped, match="the drive reports a fault"):
+        drive(driver, 0.1)
+    assert driver.report().node(OUT).wrong_length == 1
