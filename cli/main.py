@@ -6,8 +6,10 @@ call.
 
 from __future__ import annotations
 
+import os
 import sys
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO, cast
 
 from omnimate.cli.console import print_error, take_problems
 from omnimate.cli.verbs import command
@@ -27,6 +29,8 @@ def main() -> None:
 def run(app: Typer) -> None:
     """Run a command; a problem that the user can solve is one sentence on stderr and exit code 1."""
     take_problems()
+    if cast("TextIO | None", sys.stdout) is None:  # closed by the caller, as by `>&-`
+        sys.stdout = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115  # until the process ends
     try:
         app()
     except SystemExit as ended:

@@ -63,6 +63,14 @@ def test_a_verb_is_loaded_under_its_name_and_the_table_says_of_it_what_its_docst
     assert command.help.partition("\n\n")[0].replace("\n", " ") == HELP[name]
 
 
+@pytest.mark.parametrize("call", [("--version",), ("dump", "one.log"), ("dump", "one.log", "--rates")])
+def test_a_call_whose_standard_output_is_closed_runs_to_its_end(tmp_path, call):
+    (tmp_path / "one.log").write_text("(1700000000.000500) can0 181#409C0000\n")
+    command = ["sh", "-c", '"$@" >&-', "sh", sys.executable, "-m", "omnimate.cli.main", *call]
+    done = subprocess.run(command, stderr=subprocess.PIPE, text=True, cwd=tmp_path, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_the_version_is_printed_without_any_verb(omnimate):
     assert omnimate("--version") == (0, f"omnimate {__version__}\n", "")
 
