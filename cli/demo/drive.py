@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -15,7 +14,7 @@ from omnimate.cli.tables import new_table
 from omnimate.driver.bus.clock import SyncClock
 from omnimate.driver.robot.driver import Driver
 from omnimate.driver.robot.recorder import Recorder
-from omnimate.files.recordings.folder import load_recording
+from omnimate.files.recordings.folder import load_recording, remove_recording
 from omnimate.vcan_sim.coupled_bus import CoupledBus
 from omnimate.vcan_sim.plant import Plant
 from omnimate.vcan_sim.reference import reference_vehicle
@@ -48,8 +47,7 @@ def drive(
     faults: tuple[DeviceFault, ...] = (),
 ) -> tuple[Recording, Array]:
     """Drive a program on a virtual bus; return the recording and the true path of truck a `(N, 3)`."""
-    if folder.exists():
-        shutil.rmtree(folder)
+    remove_recording(folder)
     with simulated_robot(vehicle, truth, folder, program, faults) as (driver, recorder, plant):
         configured = driver.configure()
         if vehicle.trucks == reference_vehicle().trucks:

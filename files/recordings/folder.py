@@ -89,6 +89,16 @@ def check_free(folder: Path) -> None:
             raise RecordingError(folder, f"it holds a recording ({name}); choose another folder")
 
 
+def remove_recording(folder: Path) -> None:
+    """Remove a recording from a folder, so that another can be written there; other files stay.
+
+    Raises:
+        OSError: A file cannot be removed.
+    """
+    for name in (LOG, f"{LOG}.gz", POSES, RUN, EVENTS):
+        (folder / name).unlink(missing_ok=True)
+
+
 def save_recording(recording: Recording, folder: Path | str, *, compress: bool = False) -> None:
     """Write a recording as a folder, replacing one that is there.
 
@@ -101,8 +111,7 @@ def save_recording(recording: Recording, folder: Path | str, *, compress: bool =
     _check_readable(recording)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name in (LOG, f"{LOG}.gz", POSES, RUN, EVENTS):
-            (folder / name).unlink(missing_ok=True)
+        remove_recording(folder)
         save_vehicle(recording.vehicle, folder / VEHICLE)
         if recording.poses is not None:
             write_poses(recording.poses, folder / POSES)

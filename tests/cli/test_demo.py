@@ -20,6 +20,10 @@ def returns(text):
 
 
 def test_the_demo_writes_both_recordings_the_calibrated_robot_and_the_figures(accepted, tmp_path):
+    """It replaces a recording of its own, and leaves other files in its folder alone."""
+    for path in (tmp_path / "before/notes.txt", tmp_path / "before/can.log"):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("mine")
     result = accepted("demo", "--out", tmp_path, *SMALL)
     for name in ("before", "after"):
         loaded = read_recording(tmp_path / name)
@@ -36,6 +40,7 @@ def test_the_demo_writes_both_recordings_the_calibrated_robot_and_the_figures(ac
     for figure in ("umbmark.png", "path.png"):
         assert (tmp_path / figure).read_bytes().startswith(b"\x89PNG")
     assert "each answered by every node in time" in result.out
+    assert (tmp_path / "before/notes.txt").read_text() == "mine"
 
 
 @pytest.mark.slow
