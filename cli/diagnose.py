@@ -71,8 +71,10 @@ def diagnose(
 
     with progress_bar("reading") as progress:
         diagnosis = ask(loaded, progress=progress, budget=budget)
-    _write(diagnosis, json_out, report, effects_out)
-    _show(diagnosis)
+    try:
+        _write(diagnosis, json_out, report, effects_out)
+    finally:  # a full disk costs the files, not the answer
+        _show(diagnosis)
 
 
 def _triage(recordings: Sequence[Recording], json_out: Path | None) -> None:

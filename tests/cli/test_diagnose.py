@@ -1,5 +1,6 @@
 """`omnimate diagnose` and `omnimate simulate --effects`: from a mismatch to a better simulator."""
 
+import errno
 import json
 
 import pytest
@@ -35,6 +36,17 @@ def test_the_answer_the_report_and_the_effects_are_written(accepted, folder, tmp
     assert json.loads(names["--json"].read_text())["verdict"] == "mismatch"
     assert names["--report"].read_text().startswith("<!doctype html>")
     assert [one.name for one in load_effects(names["--effects-out"])] == ["wheel_diameter"]
+
+
+def test_the_answer_is_printed_although_the_report_cannot_be_written(omnimate, folder, tmp_path, monkeypatch):
+    def full(path, _text):
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    monkeypatch.setattr("omnimate.vehicle.atomic.write_text", full)
+    result = omnimate("diagnose", folder, "--report", tmp_path / "a.html")
+    assert result.code == 1
+    assert "a.html: No space left on device" in result.err
+    assert "left wheel of truck a" in result.out
 
 
 def test_triage_says_that_something_is_there_and_where(accepted, folder, tmp_path):
