@@ -69,7 +69,7 @@ def save(figure: Figure, path: Path) -> None:
     try:
         write_bytes(path, rendered(figure, path.suffix.lower().removeprefix(".")))
     except OSError as error:
-        raise PlotError(path, f"cannot be written: {error}") from error
+        raise PlotError(path, f"cannot be written: {error.strerror or error}") from error
 
 
 def rendered(figure: Figure, kind: str) -> bytes:

@@ -24,6 +24,6 @@ def test_floor_plan(tmp_path: Path) -> None:
 def test_a_figure_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     """Where a folder has the figure's name, the error says so and no part of a file remains."""
     (tmp_path / "figure.png").mkdir()
-    with pytest.raises(PlotError, match="cannot be written"):
+    with pytest.raises(PlotError, match=r"cannot be written: Is a directory$"):
         plot_floor_plan([Track("driven", SQUARE)], tmp_path / "figure.png")
     assert [path.name for path in tmp_path.iterdir()] == ["figure.png"]
