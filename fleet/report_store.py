@@ -93,7 +93,7 @@ def delete_report(files: Files, day: str) -> None:
 def delete_history_day(files: Files, robot: str, day: str) -> None:
     """Delete a day of a robot's history, if it is there."""
     path = _history_path(robot)
-    before = decode_rows(files.read(path)) if files.glob(path) else []
+    before = decode_rows(files.read(path)) if files.exists(path) else []
     rows = [row for row in before if row["day"] != day]
     if rows:
         files.write(path, encode_rows("histories", rows))
@@ -113,7 +113,7 @@ def list_days(files: Files) -> list[str]:
 
 def find_latest_day(files: Files) -> str | None:
     """Return the date of the latest report, YYYY-MM-DD; None if there is none."""
-    if not files.glob(_LATEST):
+    if not files.exists(_LATEST):
         return None
     day: str = decode_rows(files.read(_LATEST))[0]["day"]
     return day
@@ -126,7 +126,7 @@ def read_report(files: Files, day: str | None = None) -> DailyReport:
         FleetError: There is no report, or none of that day.
     """
     chosen = day or find_latest_day(files)
-    if chosen is None or not files.glob(_path("nights", chosen)):
+    if chosen is None or not files.exists(_path("nights", chosen)):
         days = list_days(files)
         if not days:
             raise FleetError("results", "no daily report yet; run `omnimate fleet report STORE`")
@@ -171,7 +171,7 @@ def read_floor(files: Files, day: str, floor: str) -> Array:
 def read_history(files: Files, robot: str) -> list[Course]:
     """Return the quantities of a robot, day by day; an empty list for a robot that is in no report."""
     path = _history_path(robot)
-    if not files.glob(path):
+    if not files.exists(path):
         return []
     columns = decode_columns(files.read(path))
     names, days = np.array(columns["name"]), np.array(columns["day"])
@@ -203,7 +203,7 @@ def _update_history(files: Files, history: History, day: str) -> None:
         for date, values, sigmas in zip(history.dates, history.value, history.sigma(), strict=True)
         for name, value, sigma in zip(history.names, values, sigmas, strict=True)
     ]
-    if files.glob(path):
+    if files.exists(path):
         before = decode_rows(files.read(path))
         rows += [row for row in before if not history.dates[0] <= row["day"] <= day]
     rows.sort(key=lambda row: (row["day"], row["name"]))

@@ -83,7 +83,7 @@ def run(
     unreadable = f"; {len(outcome.unreadable)} could not be read" if outcome.unreadable else ""
     say(f"{outcome.done} recordings processed, {outcome.known} known before{unreadable}")
     for stored, why in (*outcome.failed, *outcome.unreadable[:MAX_UNREADABLE_SHOWN]):
-        report_problem(f"{stored.partition}/{stored.name}: {why}")
+        report_problem(f"{stored.path}: {why}")
     if len(outcome.unreadable) > MAX_UNREADABLE_SHOWN:
         report_problem(f"and {len(outcome.unreadable) - MAX_UNREADABLE_SHOWN} more could not be read")
     for folder in outcome.undated:

@@ -5,7 +5,7 @@ Paths are relative to the root, with slashes.
 
 from __future__ import annotations
 
-from glob import iglob
+from glob import escape, iglob
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +36,10 @@ class LocalFiles:
         """Return the paths that match a pattern, sorted, without hidden ones."""
         # `Path.glob` takes four times as long.
         return _visible(iglob(pattern, root_dir=self.root))  # noqa: PTH207
+
+    def exists(self, path: str) -> bool:
+        """Return whether a file exists."""
+        return (self.root / path).exists()
 
     def read(self, path: str) -> bytes:
         """Return a file's content."""
@@ -79,8 +83,13 @@ class RemoteFiles:
 
     def glob(self, pattern: str) -> list[str]:
         """Return the paths that match a pattern, sorted, without hidden ones."""
-        found: list[str] = self._system.glob(f"{self._root}/{pattern}")
+        found: list[str] = self._system.glob(f"{escape(self._root)}/{pattern}")
         return _visible(path.rstrip("/")[len(self._root) + 1 :] for path in found)
+
+    def exists(self, path: str) -> bool:
+        """Return whether a file exists."""
+        found: bool = self._system.exists(f"{self._root}/{path}")
+        return found
 
     def read(self, path: str) -> bytes:
         """Return a file's content."""
@@ -95,7 +104,7 @@ class RemoteFiles:
 
     def delete(self, path: str) -> None:
         """Delete a file if it exists, and folders that are empty then."""
-        if self._system.exists(f"{self._root}/{path}"):
+        if self.exists(path):
             self._system.rm_file(f"{self._root}/{path}")
 
 

@@ -7,6 +7,7 @@ import tempfile
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import date
+from glob import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,6 +41,11 @@ class StoredRecording:
     def partition(self) -> str:
         """Path of its partition, in the store and in each table of the results."""
         return f"robot={self.robot}/day={self.day}"
+
+    @property
+    def path(self) -> str:
+        """Path of its folder in the store."""
+        return f"{self.partition}/{self.name}"
 
 
 def make_key(version: Mapping[str, str], *, diagnosed: bool) -> str:
@@ -91,7 +97,7 @@ def folder_of(files: Files, stored: StoredRecording) -> Iterator[tuple[Path, dic
     """
     contents = {
         path.rpartition("/")[2]: files.read(path)
-        for path in files.glob(f"{stored.partition}/{stored.name}/*")
+        for path in files.glob(f"{escape(stored.path)}/*")
         if path.rpartition("/")[2] in _FILES
     }
     recording = (name.encode() + content for name, content in contents.items() if name != VEHICLE)
@@ -101,7 +107,7 @@ def folder_of(files: Files, stored: StoredRecording) -> Iterator[tuple[Path, dic
         "tool": f"{__version__}+{RESULTS_FORMAT}",
     }
     if isinstance(files, LocalFiles):
-        yield files.root / stored.partition / stored.name, version
+        yield files.root / stored.path, version
         return
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / stored.name

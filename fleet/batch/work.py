@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from glob import escape
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -74,7 +75,7 @@ def process_recording(store: str, results: str, stored: StoredRecording, *, diag
     with folder_of(open_files(store), stored) as (folder, version):
         key = make_key(version, diagnosed=diagnosed)
         path = _path("recordings", stored, key)
-        if target.glob(path):
+        if target.exists(path):
             return Processed("known", decode_rows(target.read(path))[0]["error"])
         tables = _make_tables(folder, diagnosed=diagnosed)
     tables["recordings"] |= {name: [value] for name, value in {"key": key, **version}.items()}
@@ -87,7 +88,7 @@ def process_recording(store: str, results: str, stored: StoredRecording, *, diag
 
 
 def _path(table: str, stored: StoredRecording, key: str) -> str:
-    return f"{table}/{stored.partition}/{stored.name}-{key}.parquet"
+    return f"{table}/{stored.path}-{key}.parquet"
 
 
 def _delete_old_results(target: Files, stored: StoredRecording, key: str) -> None:
@@ -100,9 +101,10 @@ def _delete_old_results(target: Files, stored: StoredRecording, key: str) -> Non
 
 def _result_paths(results: Files, stored: StoredRecording) -> list[str]:
     """Return the paths of a recording's results, in the reverse order of writing: `recordings` first."""
-    any_key = "?" * KEY_LENGTH  # `*` would also match the rest of a longer name and its key
+    # `*` would also match the rest of a longer name and its key.
+    pattern = f"{escape(stored.path)}-{'?' * KEY_LENGTH}.parquet"
     tables = reversed(RECORDING_TABLES)
-    return [path for table in tables for path in results.glob(_path(table, stored, any_key))]
+    return [path for table in tables for path in results.glob(f"{table}/{pattern}")]
 
 
 def _empty(table: str) -> Columns:
@@ -233,14 +235,14 @@ def delete_recording(store: Files, results: Files, stored: StoredRecording) -> b
     Raises:
         OSError: Files cannot be read or written.
     """
-    files = store.glob(f"{stored.partition}/{stored.name}/*")
+    files = store.glob(f"{escape(stored.path)}/*")
     tables = _result_paths(results, stored)
     # A recording without vehicle.toml is none, so that no batch takes up a part of one.
     for path in sorted(files, key=lambda path: not path.endswith(VEHICLE)):
         store.delete(path)
     for path in tables:
         results.delete(path)
-    if not results.glob(f"recordings/{stored.partition}/*.parquet"):
+    if not results.glob(f"recordings/{escape(stored.partition)}/*.parquet"):
         delete_history_day(results, stored.robot, stored.day)
     if not results.glob(f"recordings/robot=*/day={stored.day}/*.parquet"):
         delete_report(results, stored.day)

@@ -82,6 +82,24 @@ def test_results_stay_of_a_recording_whose_name_begins_with_that_of_another(stor
         assert sorted(column(results, "recordings", "recording")) == ["lap", "lap-1"]
 
 
+@pytest.mark.parametrize("scheme", ["", "file://"])
+def test_names_with_the_characters_of_patterns_are_names_as_any_other(store, results, tmp_path, scheme):
+    """Robots, recordings and folders may be called `tug [7]`: the same results, and known the next time."""
+    root = tmp_path / "hall [2]"
+    recording = next(store.glob("robot=tug-*/day=2026-03-02/*"))
+    mine = root / "store/robot=tug [7]/day=2026-03-02/lap*"
+    shutil.copytree(recording, mine)
+    call = f"{scheme}{root}/store", f"{scheme}{root}/results"
+    assert run_batch(*call).done == 1
+    assert run_batch(*call).known == 1
+    assert column(root / "results", "recordings", "error") == [None]
+    hashes = column(root / "results", "recordings", "recording_hash")
+    assert set(hashes) <= set(column(results, "recordings", "recording_hash"))
+    (mine / "vehicle.toml").write_text("name = 3\n")
+    assert run_batch(*call).done == 1
+    assert len(column(root / "results", "recordings", "recording")) == 1
+
+
 def test_a_broken_recording_says_why_and_the_others_have_their_results(store, tmp_path):
     mine, results = tmp_path / "store", tmp_path / "results"
     shutil.copytree(store, mine)
