@@ -75,7 +75,7 @@ def run_batch(
     recordings).
 
     Raises:
-        FleetError: The store has no recording, or a library is missing.
+        FleetError: The store has no recording, a library is missing, or Dask does not start.
     """
     parquet_libraries()  # names a missing extra before anything is computed
     recordings, undated = recordings_in(open_files(store), day or "*")
@@ -120,7 +120,12 @@ def _by_dask(
         raise FleetError(
             "workers", "several processes or a scheduler need Dask: pip install 'omnimate[cluster]'"
         ) from error
-    with distributed.Client(**_cluster(workers)) as client:
+    try:
+        client = distributed.Client(**_cluster(workers))
+    except (OSError, ValueError) as error:  # of Dask, which reads addresses and sizes
+        expected = "expected a running scheduler such as tcp://10.0.0.1:8786, or memory such as 1.5GiB"
+        raise FleetError("workers", f"Dask has not started: {error}; {expected}") from error
+    with client:
         futures = {
             client.submit(
                 process_recording, store, results, stored, diagnosed=diagnosed, pure=False, retries=RETRIES

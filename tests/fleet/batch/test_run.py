@@ -202,6 +202,13 @@ def test_results_are_the_same_bytes_by_workers_of_dask_in_a_remote_store(store, 
     assert contents(tmp_path / "results") == contents(results)
 
 
+@pytest.mark.parametrize("address", ["10.0.0.1", "http://10.0.0.1:8786"])
+def test_the_address_of_no_scheduler_is_refused_with_what_was_expected(store, tmp_path, address):
+    pytest.importorskip("distributed")
+    with pytest.raises(FleetError, match=r"workers: Dask .*expected .* tcp://10.0.0.1:8786, or memory"):
+        run_batch(str(store), str(tmp_path / "results"), workers=Workers(scheduler=address))
+
+
 def test_a_store_without_recordings_is_refused_with_what_was_expected(tmp_path):
     with pytest.raises(FleetError, match="robot=NAME/day=YYYY-MM-DD"):
         run_batch(str(tmp_path), str(tmp_path / "results"))
