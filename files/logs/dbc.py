@@ -129,7 +129,7 @@ def read_dbc(path: Path) -> dict[int, tuple[Signal, ...]]:
         LogError: The file cannot be read, is no DBC file, or holds no message.
     """
     try:
-        text = path.read_bytes().decode("cp1252", "replace")
+        text = _decode(path.read_bytes())
         messages = cast("Database", load_string(text, "dbc", strict=False)).messages
     except OSError as error:
         raise LogError(path, None, f"cannot be read: {error.strerror or error}") from error
@@ -144,6 +144,14 @@ def read_dbc(path: Path) -> dict[int, tuple[Signal, ...]]:
         expected = "expected lines such as `BO_ 385 name: 8 node`"
         raise LogError(path, None, f"no message of up to 8 bytes in the file; {expected}")
     return {key: carried for key, carried in signals.items() if carried}
+
+
+def _decode(content: bytes) -> str:
+    """Return the text of a DBC file; no other text of Windows-1252 than ASCII is likely to be UTF-8, too."""
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", "replace")
 
 
 def _signals(path: Path, message: Message) -> tuple[Signal, ...]:

@@ -78,6 +78,14 @@ def test_messages_of_can_fd_are_no_reason_to_refuse_a_file(tmp_path_factory):
     assert {key: [signal.name for signal in carried] for key, carried in signals.items()} == {385: ["near"]}
 
 
+@pytest.mark.parametrize("encoding", ["cp1252", "utf-8", "utf-8-sig"])
+def test_units_and_words_are_read_in_the_encodings_of_windows_and_of_all_others(tmp_path, encoding):
+    text = 'BO_ 385 oven: 1 host\n SG_ heat : 0|8@1+ (1,0) [0|0] "°C" host\nVAL_ 385 heat 9 "heiß" ;\n'
+    (tmp_path / "bus.dbc").write_text(HEAD + text, encoding=encoding)
+    [heat] = read_dbc(tmp_path / "bus.dbc")[385]
+    assert (heat.unit, heat.choices) == ("°C", {9: "heiß"})
+
+
 @given(data=st.binary(min_size=8, max_size=8))
 def test_a_multiplexor_that_is_multiplexed_itself_counts_as_cantools_counts_it(tmp_path_factory, data):
     text = (
