@@ -115,6 +115,7 @@ class Signal:
         if raw in self.choices:
             return f"{self.name} = {self.choices[raw]} ({raw})"
         unit = f" {self.unit}" if self.unit else ""
-        number = self.value(data)
-        text = f"{number:.6g}" if self.counts or self.is_float or number % 1 else f"{number:.0f}"
+        is_raw = not self.is_float and self.factor == 1 and self.offset == 0  # then also beyond 53 bits
+        number = raw if is_raw else self.value(data)
+        text = f"{number:.6g}" if self.counts or self.is_float or number % 1 else f"{int(number)}"
         return f"{self.name} = {text}{unit}" + (f" ({raw} {self.counts})" if self.counts else "")

@@ -86,6 +86,13 @@ def test_units_and_words_are_read_in_the_encodings_of_windows_and_of_all_others(
     assert (heat.unit, heat.choices) == ("°C", {9: "heiß"})
 
 
+def test_the_words_of_a_raw_number_have_all_digits_of_64_bits():
+    """A double has 53 bits: 433757350076175808 is another number."""
+    assert Signal("key", 0, 64).in_words((433757350076175786).to_bytes(8, "little")) == (
+        "key = 433757350076175786"
+    )
+
+
 @given(data=st.binary(min_size=8, max_size=8))
 def test_a_multiplexor_that_is_multiplexed_itself_counts_as_cantools_counts_it(tmp_path_factory, data):
     text = (
