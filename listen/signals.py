@@ -342,8 +342,12 @@ def _refined(signal: LearnedSignal, readings: Mapping[Reading, float]) -> Learne
         return signal.with_reasons(
             "its sign is not identified: it crosses neither 0 nor the middle of its range"
         )
-    where = "0" if signed else "the middle of its range"
-    return signal.with_reasons(f"it crosses {where} without a jump", signed=signed)
+    highest_bits = signal.raw >> np.uint64(signal.bits - 1)
+    if highest_bits.min() == highest_bits.max():
+        reason = f"as {'signed' if signed else 'unsigned'} number {share:.3f}"
+    else:
+        reason = f"it crosses {'0' if signed else 'the middle of its range'} without a jump"
+    return signal.with_reasons(reason, signed=signed)
 
 
 def _counter_or_time(signal: LearnedSignal) -> LearnedSignal | None:

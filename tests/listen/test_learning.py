@@ -268,6 +268,12 @@ def test_a_position_of_a_drive_that_passes_0_once_may_be_a_vendors_counter():
     assert (signals[-1].kind, signals[-1].signed) == ("number", None)
 
 
+@pytest.mark.parametrize(("start", "is_crossing"), [(-9000, True), (-900_000, False)])
+def test_the_reason_of_a_sign_speaks_of_crossing_0_only_where_0_was_crossed(start, is_crossing):
+    [*_, position] = message_of(learn_bus(drive_log("position", start=start)), 0x185).signals
+    assert any("crosses 0" in reason for reason in position.reasons) == is_crossing
+
+
 @pytest.mark.parametrize(
     ("name", "bits", "kind", "signed"),
     [
