@@ -77,12 +77,21 @@ def read_results(files: Files, path: str) -> tuple[dict[str, Any], RecordingFeat
     """Return the row of one recording with its robot and day, and its features; None without enough segments.
 
     The path is that of its file in the table `recordings`.
+
+    Raises:
+        FleetError: One of its files cannot be read.
     """
-    row = decode_rows(files.read(path))[0] | _partition(path)
-    ways, crossed, numbers = (
-        decode_columns(files.read(path.replace("recordings/", f"{table}/", 1)))
-        for table in ("ways", "crossings", "numbers")
-    )
+    try:
+        row = decode_rows(files.read(path))[0] | _partition(path)
+        ways, crossed, numbers = (
+            decode_columns(files.read(path.replace("recordings/", f"{table}/", 1)))
+            for table in ("ways", "crossings", "numbers")
+        )
+    except (FileNotFoundError, ValueError) as error:  # pyarrow raises ValueError
+        repair = f"delete {path}, and `omnimate fleet run STORE` writes all of them anew"
+        raise FleetError(
+            "results", f"one of a recording's files is damaged or gone: {error}; {repair}"
+        ) from error
     return row, features_from_tables(row, ways, crossed, numbers)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import replace
 from glob import escape
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -76,7 +77,8 @@ def process_recording(store: str, results: str, stored: StoredRecording, *, diag
         key = make_key(version, diagnosed=diagnosed)
         path = _path("recordings", stored, key)
         if target.exists(path):
-            return Processed("known", decode_rows(target.read(path))[0]["error"])
+            with suppress(ValueError):  # of pyarrow: the file is damaged, and is written again
+                return Processed("known", decode_rows(target.read(path))[0]["error"])
         tables = _make_tables(folder, diagnosed=diagnosed)
     tables["recordings"] |= {name: [value] for name, value in {"key": key, **version}.items()}
     for table in RECORDING_TABLES:

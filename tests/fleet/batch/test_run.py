@@ -11,6 +11,7 @@ from omnimate.fleet.batch.files import open_files
 from omnimate.fleet.batch.run import Workers, run_batch
 from omnimate.fleet.batch.tables import decode_columns
 from omnimate.fleet.errors import FleetError
+from omnimate.fleet.judge import judge_day
 
 CLUSTER = """
 import sys
@@ -98,6 +99,28 @@ def test_names_with_the_characters_of_patterns_are_names_as_any_other(store, res
     (mine / "vehicle.toml").write_text("name = 3\n")
     assert run_batch(*call).done == 1
     assert len(column(root / "results", "recordings", "recording")) == 1
+
+
+@pytest.mark.parametrize("table", ["recordings", "ways"])
+def test_a_damaged_result_is_named_by_the_report_with_what_repairs_it(store, results, tmp_path, table):
+    mine = tmp_path / "results"
+    shutil.copytree(results, mine)
+    path = next(mine.glob(f"{table}/*/*/*.parquet"))
+    path.write_bytes(b"")
+    row = "recordings" / path.relative_to(mine / table)
+    with pytest.raises(FleetError, match=f"damaged or gone: .*; delete {row}, and `omnimate fleet run"):
+        judge_day(open_files(str(mine)))
+    (mine / row).unlink()
+    assert run_batch(str(store), str(mine)).done == 1
+    assert contents(mine) == contents(results)
+
+
+def test_a_damaged_row_of_a_recording_is_written_again(store, results, tmp_path):
+    mine = tmp_path / "results"
+    shutil.copytree(results, mine)
+    next(mine.glob("recordings/*/*/*.parquet")).write_bytes(b"PAR1")
+    assert run_batch(str(store), str(mine)).done == 1
+    assert contents(mine) == contents(results)
 
 
 def test_a_broken_recording_says_why_and_the_others_have_their_results(store, tmp_path):
