@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from omnimate.listen.learning import Findings
     from omnimate.listen.meanings import Meaning
 
+DRAFT = "vehicle.toml"
+
 
 def listen(
     source: OptionalLogSource = None,
@@ -56,6 +58,8 @@ def listen(
     source = source or log  # scripts of version 0.2 have --log
     if (bus is None) == (source is None):
         raise CallError("listen takes either a bus (--bus URL) or a log; give one of them")
+    if write is not None and (write / DRAFT).exists():  # told before an hour of listening, not after it
+        raise CallError(f"{write / DRAFT}: exists already; name a new folder, or remove it")
     frames = _read_frames(source) if source is not None else _received(str(bus), seconds)
     frames = _of_channel(frames, channel)
     known = _known(frames)
@@ -127,14 +131,11 @@ def _write(
     from omnimate.listen.report import report_lines
     from omnimate.vehicle.atomic import write_text
 
-    draft = folder / "vehicle.toml"
-    if draft.exists():
-        raise CallError(f"{draft}: exists already; name a new folder, or remove it")
     folder.mkdir(parents=True, exist_ok=True)
     bitrate = None if bus is None else BusUrl.of(bus).bitrate
     write_text(folder / "bus.dbc", learned_dbc(findings, meanings))
     write_text(folder / "report.txt", "\n".join([*report_lines(findings, meanings), ""]))
-    write_text(draft, draft_vehicle(findings, bitrate, turn))
+    write_text(folder / DRAFT, draft_vehicle(findings, bitrate, turn))
     with progress_bar("drawing messages") as progress:
         for number, learned in enumerate(findings.messages):
             moving = [signal for signal in learned.signals if signal.kind != "constant"]

@@ -28,9 +28,11 @@ def test_a_log_gives_a_dbc_a_draft_a_report_and_pictures(accepted, log, tmp_path
     assert "sure" in (folder / "report.txt").read_text()
 
 
-def test_a_draft_is_never_overwritten(refused, log, tmp_path):
+def test_a_draft_is_never_overwritten_which_is_said_before_listening(refused, tmp_path):
+    """A log without frames is refused only when it is read."""
     (tmp_path / "vehicle.toml").write_text("mine")
-    assert "exists already" in refused("listen", log, "--write", tmp_path)
+    (tmp_path / "empty.log").touch()
+    assert "exists already" in refused("listen", tmp_path / "empty.log", "--write", tmp_path)
     assert (tmp_path / "vehicle.toml").read_text() == "mine"
 
 
