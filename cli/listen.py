@@ -58,7 +58,7 @@ def listen(
     source = source or log  # scripts of version 0.2 have --log
     if (bus is None) == (source is None):
         raise CallError("listen takes either a bus (--bus URL) or a log; give one of them")
-    if write is not None and (write / DRAFT).exists():  # told before an hour of listening, not after it
+    if write is not None and (write / DRAFT).exists():  # said before an hour of listening, not after it
         raise CallError(f"{write / DRAFT}: exists already; name a new folder, or remove it")
     frames = _read_frames(source) if source is not None else _received(str(bus), seconds)
     frames = _of_channel(frames, channel)

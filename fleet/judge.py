@@ -88,7 +88,7 @@ def read_results(files: Files, path: str) -> tuple[dict[str, Any], RecordingFeat
             for table in ("ways", "crossings", "numbers")
         )
     except (FileNotFoundError, ValueError) as error:  # pyarrow raises ValueError
-        repair = f"delete {path}, and `omnimate fleet run STORE` writes all of them anew"
+        repair = f"delete {path}, and `omnimate fleet run STORE` writes all of them again"
         raise FleetError(
             "results", f"one of a recording's files is damaged or gone: {error}; {repair}"
         ) from error
