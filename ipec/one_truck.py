@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from omnimate.ipec.corrector import ORIGIN
-from omnimate.ipec.filter.fixes import fix_sigma, samples_at
+from omnimate.ipec.filter.fixes import fix_at_sample, fix_sigma, motion_to_fixes, samples_at
 from omnimate.ipec.filter.prior import BASE, CALIBRATED, DIAMETER, FilterNoise, Prior
 from omnimate.ipec.readings import columns_of, read_sample
 from omnimate.vehicle.arcs import SMALL_SLOPE_ANGLE, roll, sinc_of
@@ -156,21 +156,22 @@ def run(
     counts: IntArray,
     present: NDArray[np.bool_],
     fixed: IntArray,
-    fixes: tuple[Array, Array],
+    fixes: tuple[Array, Array, Array],
     poses: Array,
     sigmas: Array,
 ) -> None:
     """Run the filter over all samples; the state `(1,)` becomes that after the last one.
 
-    Counts and presence `(N, 2)` are those of the left and the right wheel. Poses and standard deviations in
-    `fixes`, each `(K, 3)`, are applied after the samples `fixed` `(K,)`, ascending. Filled are the pose after
-    each sample and its standard deviations, `(N, 3)`.
+    Counts and presence `(N, 2)` are those of the left and the right wheel. Poses, motions since the sample
+    and standard deviations in `fixes`, each `(K, 3)`, are applied after the samples `fixed` `(K,)`,
+    ascending. Filled are the pose after each sample and its standard deviations, `(N, 3)`.
     """
     following = 0
     for sample in range(len(counts)):
         step(settings, states, counts[sample], present[sample])
         while following < len(fixed) and fixed[following] <= sample:
-            update(states, fixes[0][following], fixes[1][following])
+            pose = fix_at_sample(fixes[0][following], fixes[1][following], states[0].mean)
+            update(states, pose, fixes[2][following])
             following += 1
         for axis in range(3):
             poses[sample, axis] = states[0].mean[axis]
@@ -226,7 +227,7 @@ class OneTruckFilter:
         return OneTruckState(following)
 
     def fix(self, state: OneTruckState, pose: ArrayLike, sigma: ArrayLike) -> OneTruckState:
-        """Return the state after an absolute pose `(3,)` [m, m, rad] that was measured after its last sample.
+        """Return the state after an absolute pose `(3,)` [m, m, rad], measured at its last sample.
 
         A coordinate that was not measured is nan, as is a standard deviation that none stated.
         """
@@ -249,12 +250,12 @@ def estimate_one_truck(
     """
     filter_ = OneTruckFilter(recording.vehicle, prior=prior)
     poses, sigmas = np.empty((len(recording), 3)), np.empty((len(recording), 3))
-    samples, measured = np.zeros(0, np.int64), (np.zeros((0, 3)), np.zeros((0, 3)))
+    samples, measured = np.zeros(0, np.int64), (np.zeros((0, 3)),) * 3
     if fixes is not None:
         of_a = fixes.of("a")
         samples = samples_at(recording, of_a.time)
         # a copy: read-only arrays would compile `run` a second time
-        measured = of_a.pose.copy(), fix_sigma(of_a.sigma)
+        measured = of_a.pose.copy(), motion_to_fixes(recording, "a", of_a.time), fix_sigma(of_a.sigma)
     run(
         filter_.settings,
         filter_.start(start, sigma).record,

@@ -12,12 +12,16 @@ from omnimate.ipec.filter.mixture import move_to_mixture
 from omnimate.ipec.filter.poses import fill_pose, fill_pose_jacobian
 from omnimate.ipec.filter.records import HYPOTHESIS_COUNT, STATES, FilterState, OpenFilter
 from omnimate.ipec.filter.step import finish_step
+from omnimate.vehicle.arcs import arc
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, layout
-from omnimate.vehicle.se2 import wrap_angle
+from omnimate.vehicle.odometry import truck_travel
+from omnimate.vehicle.parameters import TRUCKS
+from omnimate.vehicle.se2 import wrap_angle, write_composed
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from omnimate.vehicle.parameters import TruckName
     from omnimate.vehicle.recording import Poses, Recording
 
 MIN_FIX_SIGMA = 1e-7  # [m], [rad] smallest standard deviation of a fix, so that its variance can be inverted
@@ -27,11 +31,12 @@ UNSTATED_SIGMA = np.array([0.005, 0.005, 0.01])
 
 
 class Fix:
-    """An absolute pose, applied after the linkage reading of a sample."""
+    """An absolute pose, applied after the linkage reading of the last sample before it."""
 
     sample: int  # number of the sample after which it is applied
     truck: int  # 0 for truck a, 1 for truck b
     pose: Annotated[Array, 3]  # measured pose [m, m, rad]; nan for a coordinate that was not measured
+    motion: Annotated[Array, 3]  # of the truck from the sample to the fix [m, m, rad], in its frame before it
     sigma: Annotated[Array, 3]  # standard deviations of the pose [m, m, rad]
     row: Annotated[Array, (3, 19)]  # derivative of each coordinate by the states, before the update
     gain: Annotated[Array, (HYPOTHESIS_COUNT, 3, 21)]  # of each coordinate and hypothesis, as in `OpenFilter`
@@ -40,6 +45,25 @@ class Fix:
 def samples_at(recording: Recording, times: Array) -> IntArray:
     """Return the number of the last sample at or before each time [s], or of the first sample."""
     return np.maximum(np.searchsorted(recording.time, times, side="right") - 1, 0)
+
+
+def motion_to_fixes(recording: Recording, truck: TruckName, times: Array) -> Array:
+    """Return the motion `(K, 3)` of a truck [m, m, rad] from the sample of each fix to its time [s]."""
+    left, right, both = truck_travel(recording, truck)
+    samples, read = samples_at(recording, times), recording.time[both]
+    gone_left, gone_right = (np.interp(times, read, wheel[both]) - wheel[samples] for wheel in (left, right))
+    return arc(gone_left, gone_right, recording.vehicle.trucks[truck].wheelbase)
+
+
+@compiled
+def fix_at_sample(fix: Array, motion: Array, pose: Array) -> Array:
+    """Return a measured pose `(3,)` taken back by the `motion` `(3,)` since the sample.
+
+    `pose` is the estimate for the truck at the sample, whose heading turns the motion into the world frame.
+    """
+    ahead = np.empty(3)
+    write_composed(ahead, pose, motion)
+    return fix + pose[:3] - ahead
 
 
 def fix_sigma(stated: ArrayLike) -> Array:
@@ -56,6 +80,11 @@ def fix_records(recording: Recording, fixes: Poses | None) -> Record:
     records = np.zeros(len(known), layout(Fix))
     records["sample"] = samples_at(recording, fixes.time[known])
     records["truck"] = fixes.body[known] == "b"
+    for number, truck in enumerate(TRUCKS):
+        of_truck = records["truck"] == number
+        if of_truck.any():
+            times = fixes.time[known][of_truck]
+            records["motion"][of_truck] = motion_to_fixes(recording, truck, times)
     records["pose"] = fixes.pose[known]
     records["sigma"] = fix_sigma(fixes.sigma[known])
     return records[np.argsort(records["sample"], kind="stable")]
@@ -104,11 +133,14 @@ def apply_fix(settings: Record, states: Record, filters: Record, fix: Fix, moves
     """Apply an absolute pose, of which nan is skipped; the other arguments are as in `finish_step`."""
     state = states[0]
     finish_step(settings, states, filters, moves)
+    pose, sigmas = np.empty(3), np.empty(3)
+    fill_pose(state.mean, state.covariance, fix.truck, pose, sigmas)
+    measured = fix_at_sample(fix.pose, fix.motion, pose)
     fill_pose_jacobian(state.mean, fix.truck, fix.row)
     for hypothesis in range(HYPOTHESIS_COUNT):
         if filters[hypothesis].is_active:
             opened, gain = filters[hypothesis], fix.gain[hypothesis]
             for axis in range(3):
-                fix_coordinate(state, opened, fix.truck, axis, fix.pose[axis], fix.sigma[axis], gain[axis])
+                fix_coordinate(state, opened, fix.truck, axis, measured[axis], fix.sigma[axis], gain[axis])
     state.fix_count += 1
     move_to_mixture(settings[0], state, filters, moves)

@@ -154,7 +154,7 @@ class Filter:
     def fix(
         self, state: FilteredState, pose: ArrayLike, sigma: ArrayLike, truck: TruckName = "a"
     ) -> FilteredState:
-        """Return the state after an absolute pose of a truck, measured after the sample of `state`.
+        """Return the state after an absolute pose of a truck, measured at the time of the sample of `state`.
 
         Only fixes separate the joints' biases from the robot's heading. The pose and its standard deviations
         [m, m, rad] have the shape `(3,)`; nan is a coordinate that was not measured, or a standard deviation

@@ -69,6 +69,16 @@ def test_live_steps_and_fixes_give_the_poses_of_the_recording(wrong):
         assert state.sigma == pytest.approx(sigmas[number], abs=1e-12)
 
 
+def test_a_fix_between_samples_is_compared_with_the_pose_at_its_time(recording):
+    path = dead_reckon(recording)
+    middle = 0.5 * (path[:-1] + path[1:])[::40]
+    time = 0.5 * (recording.time[:-1] + recording.time[1:])[::40]
+    for pose in (middle, middle * [1.0, 1.0, np.nan]):
+        fixes = Poses(time, np.full(len(time), "a"), pose, np.full((len(time), 3), 1e-4))
+        poses, _ = estimate_one_truck(recording, fixes=fixes)
+        assert poses == pytest.approx(path, abs=1e-4)
+
+
 travels = st.floats(-0.2, 0.2)
 
 

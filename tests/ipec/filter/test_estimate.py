@@ -16,6 +16,7 @@ from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.floor import SMOOTH, Floor, bumps_under
 from omnimate.vcan_sim.simulate import simulate
 from omnimate.vcan_sim.truth import Truth, with_errors
+from omnimate.vehicle.recording import Poses
 from omnimate.vehicle.sample import Sample
 from omnimate.vehicle.se2 import wrap
 from omnimate.vehicle.sonar import Sonar
@@ -55,6 +56,19 @@ def test_without_errors_the_estimate_is_true_to_resolution(robot):
     assert np.hypot(*error[:2]) < 0.003
     assert abs(np.degrees(error[2])) < 0.05
     assert np.hypot(*final_error(recording, result.pose_b[-1], "b")[:2]) < 0.003
+
+
+@pytest.mark.parametrize("truck", ["a", "b"])
+def test_a_fix_between_samples_is_compared_with_the_pose_at_its_time(robot, truck):
+    recording = simulate(robot, Truth(robot, floor=SMOOTH, sonar=EXACT), free(1, 1))
+    alone = estimate(recording)
+    path = (alone.pose_a if truck == "a" else alone.pose_b)[1000:]
+    time = recording.time[1000:]
+    middle, between = 0.5 * (path[:-1] + path[1:])[::100], 0.5 * (time[:-1] + time[1:])[::100]
+    fixes = Poses(between, np.full(len(between), truck), middle, np.full((len(between), 3), 1e-4))
+    result = estimate(recording, fixes=fixes)
+    assert result.pose_a == pytest.approx(alone.pose_a, abs=5e-4)
+    assert result.pose_b == pytest.approx(alone.pose_b, abs=5e-4)
 
 
 def test_live_and_at_once_are_equal_also_with_missing_readings_and_fixes(robot):

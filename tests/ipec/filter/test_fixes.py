@@ -5,11 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnimate.ipec.filter.fixes import UNSTATED_SIGMA, fix_records
+from omnimate.ipec.filter.fixes import UNSTATED_SIGMA, fix_at_sample, fix_records
 from omnimate.ipec.filter.live import Filter, FilteredState
 from omnimate.ipec.filter.poses import fill_pose, fill_pose_jacobian
 from omnimate.ipec.filter.records import HYPOTHESIS_COUNT, LENGTH, STATES, FilterState, OpenFilter
 from omnimate.vcan_sim.reference import reference_vehicle
+from omnimate.vehicle.arcs import arc, integrate
 from omnimate.vehicle.compiled import layout, record
 from omnimate.vehicle.recording import Poses, Recording
 from omnimate.vehicle.se2 import wrap
@@ -113,6 +114,28 @@ def test_each_fix_belongs_to_the_last_sample_before_it_and_unmeasured_ones_are_l
     expected = sorted(min(max(int(np.floor(time)), 0), 9) for time in known)
     assert records["sample"].tolist() == expected
     assert (records["sigma"] > 0.0).all()
+
+
+@pytest.mark.parametrize(("name", "number"), [("a", 0), ("b", 1)])
+def test_a_fix_after_its_sample_is_taken_back_by_the_travel_of_its_own_wheels(name, number):
+    robot = reference_vehicle()
+    rates = {"a.left": 100, "a.right": 250, "b.left": -300, "b.right": -50}
+    counts = np.outer(np.arange(10), [rates.get(channel, 0) for channel in robot.channels])
+    present = np.ones((10, 7), bool)
+    present[5:7] = False
+    recording = Recording(robot, np.arange(10.0), np.where(present, counts, counts[4]), present)
+    quarters = np.array([[0.25 * rates[f"{name}.{side}"]] for side in ("left", "right")])
+    travel = quarters * [[robot.metres_per_count(f"{name}.{side}")] for side in ("left", "right")]
+    quarter = arc(travel[0], travel[1], robot.trucks[name].wheelbase)
+    path = integrate(np.tile(quarter, (36, 1)), (1.0, 2.0, 0.5))
+    times = np.array([3.0, 3.25, 4.75, 6.5, 9.0, 11.0])
+    places = np.minimum(4.0 * times, 36).astype(int)
+    fixes = Poses(times, np.array([name] * 6), path[places], np.full((6, 3), 1e-3))
+    records = fix_records(recording, fixes)
+    assert (records["truck"] == number).all()
+    for pose, motion, sample in zip(records["pose"], records["motion"], [3, 3, 4, 4, 9, 9], strict=True):
+        at_sample = path[4 * sample]
+        assert fix_at_sample(pose, motion, at_sample) == pytest.approx(at_sample, abs=1e-9)
 
 
 def test_a_fix_that_states_no_sigma_has_the_one_that_is_assumed():
