@@ -68,6 +68,6 @@ def _too_few(report: DriftReport) -> str:
     most = max((len(quantity.values) for quantity in report.quantities), default=0)
     return (
         f"{most} number(s) of a kind in {report.used} recording(s), and {MIN_VALUES} are needed: laps of a "
-        f"square in one direction with fixes around them, or {MIN_VALUES} recordings of a robot with a "
-        "linkage"
+        f"square in one direction with fixes around them, or {MIN_VALUES} drives with turns of a robot "
+        "with a linkage"
     )

@@ -123,14 +123,22 @@ def _returns(recording: Recording) -> Iterator[tuple[str, str, float, str]]:
 
 
 def _learned(recording: Recording) -> Iterator[tuple[str, str, float, str]]:
-    """Yield the wheelbases and diameter ratios that the filter learns, where the robot has a linkage."""
+    """Yield the wheelbases and diameter ratios that the filter learns, where the robot has a linkage.
+
+    Left out is what the filter has no information on, so that its estimate is the prior: all of a robot that
+    stands, the wheelbases of one that drives straight.
+    """
     if recording.vehicle.linkage is None:
         return
-    slow = estimate(recording, prior=MONITORING_PRIOR).slow
+    learned = estimate(recording, prior=MONITORING_PRIOR)
+    if np.isnan(learned.nis).all():  # no reading was used
+        return
+    slow = learned.slow
     for number, truck in enumerate(recording.vehicle.trucks):
         left, right = slow.wheel[2 * number : 2 * number + 2].tolist()
         what = f"of truck {truck} beside the file, by the linkage"
-        yield f"wheelbase {what}", "1", float(slow.wheelbase[number]), recording.source
+        if f"wheelbase of {truck}" not in learned.findings.untold:
+            yield f"wheelbase {what}", "1", float(slow.wheelbase[number]), recording.source
         yield f"diameter ratio {what}", "1", right - left, recording.source
 
 

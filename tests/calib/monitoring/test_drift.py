@@ -7,7 +7,7 @@ import pytest
 
 from omnimate.calib.errors import CalibrationError
 from omnimate.calib.monitoring.drift import MIN_VALUES, monitor_drift
-from omnimate.motion.paths import rounded_rectangle, umbmark
+from omnimate.motion.paths import out_and_back, rounded_rectangle, umbmark
 from omnimate.vcan_sim.floor import Floor
 from omnimate.vcan_sim.reference import reference_single, reference_vehicle
 from omnimate.vcan_sim.simulate import simulate
@@ -87,6 +87,22 @@ def test_working_days_without_fixes_show_drift_by_what_the_filter_learns():
     assert all("truck a" in name for name in alarms)
     assert abs(found.since - (MIN_VALUES + 3)) <= 2
     assert np.diff(found.means) == pytest.approx(0.01, rel=0.4)
+
+
+def test_recordings_count_only_for_what_they_identify():
+    """A robot that stands shows nothing, one that drives straight no wheelbase: neither is `fine` by them."""
+    path = out_and_back(3.0, 1)
+    drives = []
+    for day in range(MIN_VALUES):
+        truth = Truth(ROBOT, floor=Floor(), seed=day)
+        recording = simulate(ROBOT, truth, path, start_time=1.7e9 + 86400.0 * day)
+        drives.append(replace(recording, poses=None, run=None))
+    report = monitor_drift(drives)
+    assert {quantity.name.split()[0] for quantity in report.quantities} == {"diameter"}
+    standing = [replace(drive, counts=np.tile(drive.counts[:1], (len(drive), 1))) for drive in drives]
+    report = monitor_drift(standing)
+    assert not report.has_enough_values
+    assert report.quantities == ()
 
 
 def test_recordings_of_two_robots_are_refused(healthy):
