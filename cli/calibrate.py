@@ -38,7 +38,7 @@ def calibrate(
         bool, typer.Option("--reference-offset", help="Estimate where the reference sits on the truck.")
     ] = False,
     time_offset: Annotated[
-        bool, typer.Option("--time-offset", help="Estimate the delay of the reference's clock.")
+        bool, typer.Option("--time-offset", help="Estimate how far the reference's clock is behind.")
     ] = False,
     linkage: Annotated[
         bool, typer.Option("--linkage", help="Calibrate joint and link biases too; drive with turns.")
@@ -188,7 +188,8 @@ def quantities_table(title: str, quantities: Sequence[Quantity]) -> Table:
     for quantity in quantities:
         unit, scale = screen_unit(quantity.name)
         numbers = (quantity.nominal, quantity.value, quantity.sigma, quantity.low, quantity.high)
-        table.add_row(quantity.name, unit, *(f"{scale * number:.4f}" for number in numbers))
+        cells = ("-" if math.isnan(number) else f"{scale * number:.4f}" for number in numbers)
+        table.add_row(quantity.name, unit, *cells)
     return table
 
 

@@ -57,7 +57,9 @@ class Quantity:
     name: str  # for tables
     nominal: float  # value before the calibration
     value: float  # estimated value
-    sigma: float  # Cramer-Rao bound of the standard deviation, with the estimated noise
+    # Cramer-Rao bound of the standard deviation, with the estimated noise; given the nominal values of the
+    # coordinates that are held, and nan, as the interval, where they all are
+    sigma: float
     low: float  # lower end of the 95 % interval
     high: float  # upper end of the 95 % interval
 
@@ -108,7 +110,7 @@ def calibrate_truck(
         recordings: Recordings of one robot.
         truck: Name of the truck, a or b.
         with_offset: Whether the reference's pose on the truck is estimated: x, y [m] and yaw [rad].
-        with_time: Whether the reference's delay [s] is estimated.
+        with_time: Whether it is estimated how far the reference's clock is behind [s].
         hold: Names of coordinates that stay nominal.
         spacing: Time between the poses that are used [s]; 0 takes all.
 
@@ -168,7 +170,8 @@ def quantities(
     listed = []
     for name in value:
         slope = np.array([high[name] - low[name] for high, low in zip(ahead, behind, strict=True)])
-        sigma = float(np.sqrt(slope @ covariance @ slope)) / (2.0 * _DERIVATIVE_STEP)
+        variance = float(slope @ covariance @ slope)
+        sigma = math.sqrt(variance) / (2.0 * _DERIVATIVE_STEP) if variance > 0.0 else math.nan
         reach = width * sigma
         ends = value[name] - reach, value[name] + reach
         listed.append(Quantity(name, nominal[name], value[name], sigma, *ends))

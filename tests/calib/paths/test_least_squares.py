@@ -190,6 +190,10 @@ def test_open_straights_alone_hold_the_wheelbase_and_tell_the_diameters():
     drive = dense_drive(Differential(NOMINAL), np.array([0.0, 0.004, 0.0]), readings, every=60)
     found = calibrate_path([drive], Differential(NOMINAL))
     assert [one.name for one in found.estimate.held] == ["wheelbase"]
+    wheelbase, *diameters = found.quantities
+    assert wheelbase.value == wheelbase.nominal
+    assert np.isnan([wheelbase.sigma, wheelbase.low, wheelbase.high]).all()  # no interval of width 0
+    assert all(one.low < one.value < one.high for one in diameters)
     assert found.estimate.coordinates[1] == pytest.approx(0.004, abs=4.0 * found.estimate.sigma[1])
 
 
