@@ -25,7 +25,10 @@ def write_text(path: Path, text: str) -> None:
 def write_bytes(path: Path, content: bytes) -> None:
     """Replace the content of `path` atomically, as `write_text`."""
     try:
-        _replace(path.resolve(), content)
+        if path.exists() and not path.is_file():
+            path.write_bytes(content)  # the link /dev/fd/N of a pipe resolves to no path
+        else:
+            _replace(path.resolve(), content)
     except OSError as error:
         if error.errno is not None:  # the file that was asked for, and not the temporary one
             error.filename = str(path)
@@ -33,9 +36,6 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def _replace(path: Path, content: bytes) -> None:
-    if path.exists() and not path.is_file():
-        path.write_bytes(content)
-        return
     temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}")
     try:
         with temporary.open("xb") as file:

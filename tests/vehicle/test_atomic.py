@@ -2,6 +2,7 @@
 
 import os
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -43,6 +44,16 @@ def test_a_file_keeps_its_permissions_and_a_new_one_has_those_of_the_umask(tmp_p
         os.umask(before)
     assert old.stat().st_mode & 0o777 == 0o600
     assert new.stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.skipif(not Path("/dev/fd").exists(), reason="needs /dev/fd")
+def test_a_pipe_of_the_shell_is_written_by_its_descriptor():
+    """A shell's `>(command)` is /dev/fd/N, a link to what is no path."""
+    read, write = os.pipe()
+    atomic.write_text(Path(f"/dev/fd/{write}"), "rows")
+    os.close(write)
+    with os.fdopen(read) as pipe:
+        assert pipe.read() == "rows"
 
 
 def test_a_pipe_is_written_and_stays_a_pipe(tmp_path):
