@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
+import multiprocessing
 import os
 import signal
+import threading
 import traceback
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -74,6 +76,14 @@ def _limit(memory: int | None, niceness: int) -> str:
     return f"more than {memory / 1e6:.0f} MB of memory"
 
 
+def _end_with_parent() -> None:
+    """End this process as soon as the service has ended, as by SIGKILL; nobody takes its result any more."""
+    service = multiprocessing.parent_process()
+    assert service is not None
+    service.join()
+    os._exit(1)
+
+
 def _run(
     parent: Connection,
     noun: str,
@@ -84,6 +94,7 @@ def _run(
 ) -> None:
     """Work in the job's process, and send the progress and at the end the result or `{"error": sentence}`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when this process ends
+    threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
     too_much = _limit(memory, niceness)
 
     def report_progress(part: float, doing: str) -> None:

@@ -116,3 +116,28 @@ def test_a_job_runs_where_memory_is_less_than_a_jobs_or_a_folder_too_deep_for_a_
         [sys.executable, folder / "job.py"], env=environment, capture_output=True, text=True, check=True
     )
     assert "niceness" in ended.stdout
+
+
+ENDLESS = """
+import threading
+from omnimate.service.jobs.process import running
+
+def work(report_progress):
+    print("working", flush=True)
+    threading.Event().wait()
+
+if __name__ == "__main__":
+    with running("diagnosis", work) as process:
+        process.outcome(lambda _message: True)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kill -9")
+def test_a_job_ends_with_a_service_that_is_killed(tmp_path):
+    """Also one that reports no progress; all processes of the service hold its output, which then ends."""
+    program = tmp_path / "program.py"
+    program.write_text(ENDLESS)
+    with subprocess.Popen([sys.executable, program], stdout=subprocess.PIPE, text=True) as service:
+        assert service.stdout.readline() == "working\n"
+        service.kill()
+        assert service.communicate(timeout=30)[0] == ""
