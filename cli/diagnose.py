@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -82,9 +83,11 @@ def _triage(recordings: Sequence[Recording], json_out: Path | None) -> None:
     from omnimate.mismatch.triage import triage as ask
 
     answer = ask(recordings)
-    if json_out is not None:
-        _write_json(json_out, answer.as_json())
-    out.print(f"{answer.verdict}: {answer.says}", style="bold")
+    try:
+        if json_out is not None:
+            _write_json(json_out, answer.as_json())
+    finally:
+        out.print(f"{answer.verdict}: {answer.says}", style="bold")
 
 
 def _write_json(path: Path, content: object) -> None:
@@ -110,35 +113,44 @@ def _write(
         save_effects(effects_out, diagnosis.effects)
 
 
-def _diagnose_folder(folder: Path, *, triage: bool) -> tuple[Path, str]:
-    """Diagnose a folder, or triage it, in a separate process; return it with one line of answer."""
-    from omnimate.files.recordings.folder import load_recording
+def _diagnose_folder(folder: Path, *, triage: bool) -> tuple[str | None, list[str]]:
+    """Diagnose a folder, or triage it, in a separate process; return one line of answer, and the problems."""
+    from omnimate.cli.loading import first_problems
+    from omnimate.files.recordings.folder import read_recording
     from omnimate.mismatch import Diagnosis
     from omnimate.mismatch import diagnose as ask
     from omnimate.mismatch.triage import triage as ask_triage
 
+    line: str | None = None
+    problems: list[str] = []
     try:
-        recordings = [load_recording(folder)]
+        loaded = read_recording(folder)
+        problems += first_problems(loaded.log.blocks)
+        recordings = [loaded.recording]
         answer = ask_triage(recordings) if triage else ask(recordings)
+        line = f"{answer.verdict}: {answer.says}"
+        beside = os.path.abspath(folder)  # noqa: PTH100  # `.` has no name, and a link keeps its own
+        if isinstance(answer, Diagnosis):
+            _write(answer, Path(f"{beside}.json"), Path(f"{beside}.html"), None)
+        else:
+            _write_json(Path(f"{beside}.triage.json"), answer.as_json())
     except OmnimateError as error:
-        return folder, f"error: {error}"
-    if isinstance(answer, Diagnosis):
-        _write(answer, folder.with_name(f"{folder.name}.json"), folder.with_name(f"{folder.name}.html"), None)
-    else:
-        _write_json(folder.with_name(f"{folder.name}.triage.json"), answer.as_json())
-    return folder, f"{answer.verdict}: {answer.says}"
+        problems.append(f"{folder}: {error}")
+    except OSError as error:
+        problems.append(f"{error.filename or folder}: {error.strerror or error}")
+    return line, problems
 
 
 def _each(folders: Sequence[Path], jobs: int, *, triage: bool) -> None:
     """Diagnose folders in separate processes."""
     with progress_bar("diagnosing") as progress, ProcessPoolExecutor(jobs) as pool:
         answers = pool.map(partial(_diagnose_folder, triage=triage), folders)
-        for done, (folder, line) in enumerate(answers, start=1):
+        for done, (folder, (line, problems)) in enumerate(zip(folders, answers, strict=True), start=1):
             progress(done, len(folders))
-            if line.startswith("error: "):
-                report_problem(f"{folder}: {line.removeprefix('error: ')}")
-            else:
+            if line is not None:
                 say(f"{folder}: {line}")
+            for problem in problems:
+                report_problem(problem)
 
 
 def _show(diagnosis: Diagnosis) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from omnimate.cli.console import report_problem, warn
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
+    from collections.abc import Callable, Generator, Iterator
 
     from omnimate.files.logs.blocks import LogBlocks, LogReadResult, LogStream
     from omnimate.files.logs.frames import Frame
@@ -72,11 +72,17 @@ def log_of(source: Path) -> Path:
 
 def report_problems(log: LogBlocks | LogStream) -> None:
     """Say what of a log was left out."""
+    for problem in first_problems(log):
+        report_problem(problem)
+
+
+def first_problems(log: LogBlocks | LogStream) -> Iterator[str]:
+    """Yield sentences on what of a log was left out, `MAX_PROBLEMS_SHOWN` at most."""
     for number, problem in enumerate(log.problems()):
         if number == MAX_PROBLEMS_SHOWN:
-            report_problem(f"{log.source}: and more of the kind")
+            yield f"{log.source}: and more of the kind"
             break
-        report_problem(problem)
+        yield problem
 
 
 def frames_on_bus(

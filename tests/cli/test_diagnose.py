@@ -2,6 +2,7 @@
 
 import errno
 import json
+import shutil
 
 import pytest
 
@@ -38,15 +39,20 @@ def test_the_answer_the_report_and_the_effects_are_written(accepted, folder, tmp
     assert [one.name for one in load_effects(names["--effects-out"])] == ["wheel_diameter"]
 
 
-def test_the_answer_is_printed_although_the_report_cannot_be_written(omnimate, folder, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("options", "answer"), [(["--report"], "left wheel of truck a"), (["--triage", "--json"], "mismatch: ")]
+)
+def test_the_answer_is_printed_although_a_file_cannot_be_written(
+    omnimate, folder, tmp_path, monkeypatch, options, answer
+):
     def full(path, _text):
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
     monkeypatch.setattr("omnimate.vehicle.atomic.write_text", full)
-    result = omnimate("diagnose", folder, "--report", tmp_path / "a.html")
+    result = omnimate("diagnose", folder, *options, tmp_path / "a.html")
     assert result.code == 1
     assert "a.html: No space left on device" in result.err
-    assert "left wheel of truck a" in result.out
+    assert answer in result.out
 
 
 def test_triage_says_that_something_is_there_and_where(accepted, folder, tmp_path):
@@ -61,3 +67,28 @@ def test_triage_of_each_folder_writes_beside_it(accepted, folder):
     result = accepted("diagnose", str(folder), "--triage", "--each")
     assert "mismatch: Something stands out" in result.out
     assert json.loads(folder.with_name("worn.triage.json").read_text())["verdict"] == "mismatch"
+
+
+def test_each_goes_on_where_an_answer_cannot_be_written(omnimate, folder, tmp_path):
+    first, second = (shutil.copytree(folder, tmp_path / name) for name in ("first", "second"))
+    first.with_name("first.triage.json").symlink_to("/dev/full")
+    result = omnimate("diagnose", first, second, "--triage", "--each")
+    assert result.code == 1
+    assert f"{first}.triage.json: No space left on device" in result.err
+    assert [line.partition(": ")[0] for line in result.out.splitlines()] == [str(first), str(second)]
+    assert json.loads(second.with_name("second.triage.json").read_text())["verdict"] == "mismatch"
+
+
+def test_each_writes_the_answer_of_the_current_folder_beside_it(accepted, folder, tmp_path, monkeypatch):
+    monkeypatch.chdir(shutil.copytree(folder, tmp_path / "lap"))
+    accepted("diagnose", ".", "--triage", "--each")
+    assert (tmp_path / "lap.triage.json").is_file()
+
+
+def test_each_says_what_of_a_log_was_left_out(omnimate, folder, tmp_path):
+    log = shutil.copytree(folder, tmp_path / "lap") / "can.log"
+    log.write_text(log.read_text() + "no frame\n")
+    result = omnimate("diagnose", log.parent, "--triage", "--each")
+    assert result.code == 1
+    assert "skipped: " in result.err
+    assert "mismatch: " in result.out
