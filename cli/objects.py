@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
@@ -44,7 +45,7 @@ def read(
         place = place_of(item, dictionary)
         data = objects.read_bytes(*place)
     row = _row(*place, _name(dictionary, *place), kind or kind_of(dictionary, *place), data)
-    say(json.dumps(row) if as_json else _value(row))
+    say(json.dumps(_for_json(row)) if as_json else _value(row))
 
 
 @sdo.command()
@@ -80,7 +81,7 @@ def od(
     with _opened(bus, node, eds, timeout) as objects:
         rows = _all(objects, shows_absent=eds is not None)
     if as_json:
-        say(json.dumps(rows, indent=1))
+        say(json.dumps([_for_json(row) for row in rows], indent=1))
         return
     for row in rows:
         say(f"{row['object']:<9} {row['name']:<44} {_value(row)}".rstrip())
@@ -127,6 +128,12 @@ def _row(index: int, subindex: int, name: str, kind: str | None, data: bytes | N
     if data is not None:
         row |= {"type": kind, "value": decode(data, kind), "bytes": data.hex()}
     return row
+
+
+def _for_json(row: dict[str, Any]) -> dict[str, Any]:
+    """Return a row whose value is null where JSON has no number: nan and infinities; `bytes` has them."""
+    value = row.get("value")
+    return row | {"value": None} if isinstance(value, float) and not math.isfinite(value) else row
 
 
 def _name(dictionary: Any, index: int, subindex: int) -> str:  # noqa: ANN401  # of a library of another room

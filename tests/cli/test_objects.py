@@ -36,6 +36,15 @@ def test_what_is_written_is_read(omnimate, local_node, value, kind):
     assert json.loads(omnimate("sdo", "read", "1017h", *WHERE, "--json").out)["value"] == 700
 
 
+def test_a_value_that_json_has_no_number_for_is_null(omnimate, local_node):
+    """NaN is no JSON; the bytes still say what the device holds."""
+    written = omnimate("sdo", "write", "1005h", "00 00 C0 7F", *WHERE, "--type", "hex")
+    assert written.code == 0, written.err
+    printed = omnimate("sdo", "read", "1005h", *WHERE, "--type", "f32", "--json").out
+    row = json.loads(printed, parse_constant=pytest.fail)
+    assert (row["value"], row["bytes"]) == (None, "0000c07f")
+
+
 def test_a_negative_number_is_written_as_twos_complement(omnimate, simulated):
     assert omnimate("sdo", "write", "60FFh", "--", *map(str, ("-5",))).code == 2  # the bus is missing
     assert omnimate("sdo", "write", *DRIVE, "--", "60FFh", "-5").code == 0
