@@ -40,6 +40,9 @@ def run(app: Typer) -> None:
     except OmnimateError as error:
         print_error(str(error))
         sys.exit(1)
+    except MemoryError:
+        print_error("this takes more memory than there is; give fewer or shorter recordings, or free memory")
+        sys.exit(1)
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output went away, as `head` does
         sys.exit(1)

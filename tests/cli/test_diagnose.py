@@ -92,3 +92,13 @@ def test_each_says_what_of_a_log_was_left_out(omnimate, folder, tmp_path):
     assert result.code == 1
     assert "skipped: " in result.err
     assert "mismatch: " in result.out
+
+
+def test_too_little_memory_is_a_sentence_that_says_what_to_do(omnimate, folder, monkeypatch):
+    def fail(_recordings):
+        raise MemoryError
+
+    monkeypatch.setattr("omnimate.mismatch.triage.triage", fail)
+    result = omnimate("diagnose", folder, "--triage")
+    assert (result.code, result.out) == (1, "")
+    assert result.err.startswith("error: this takes more memory than there is; give fewer or shorter rec")
