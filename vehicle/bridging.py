@@ -35,7 +35,6 @@ class BridgedCounter(Counter):
     scale: float  # travel per count [m]
     history: Annotated[IntArray, RATIO_WINDOW + 1]  # last counts, of sample n at n modulo its length
     has_history: bool  # whether the wheel has been read
-    lost: int  # counts that are added in this sample for a restart, or for ranges that were passed unread
     is_pair_known: bool  # whether both wheels were read in some sample; of the last one are the next fields
     pair_counts: Annotated[IntArray, 2]  # counts of this and the other wheel in it
     pair_travel: Annotated[IntArray, 2]  # counts of this and the other over `RATIO_WINDOW`
@@ -57,13 +56,10 @@ def set_partners(counters: Record, vehicle: VehicleParameters) -> None:
 
 
 @compiled
-def lost_counts(wheel: BridgedCounter, other: BridgedCounter) -> int:
-    """Return the estimated counts that a wheel lost, whose counter was restarted, or is ambiguous.
-
-    Those of an ambiguous counter are a multiple of its range.
-    """
+def lost_counts(wheel: BridgedCounter, other: BridgedCounter, unit: int) -> int:
+    """Return the estimated counts that a wheel lost since both were read, a multiple of `unit`."""
     travel, other_travel = float(wheel.pair_travel[0]), float(wheel.pair_travel[1])
-    if not wheel.is_pair_known or wheel.is_partner_rebased or other_travel == 0.0:
+    if not wheel.is_pair_known or other_travel == 0.0:
         return 0
     if abs(travel * wheel.scale) > MAX_RATIO * abs(other_travel * other.scale):
         return 0
@@ -71,24 +67,26 @@ def lost_counts(wheel: BridgedCounter, other: BridgedCounter) -> int:
     if counted != 0 and not other.present:  # what the other one has travelled meanwhile is unknown
         return 0
     lost = float(other.count - wheel.pair_counts[1]) * travel / other_travel - float(counted)
-    unit = 1 if wheel.rebased else wheel.periods[0]
     return int(np.rint(lost / unit)) * unit
 
 
 @compiled
 def bridge(counters: Record, number: int) -> None:
-    """Correct the counters `(C,)` that lost travel before sample `number`, after all of its readings."""
+    """Correct the counters `(C,)` that lost travel before sample `number`, after all of its readings.
+
+    Of two ambiguous counters, the one that was not read for longer follows the other one.
+    """
     for column in range(len(counters)):
         wheel = counters[column]
-        wheel.lost = 0
         if wheel.partner >= 0:
             other = counters[wheel.partner]
             wheel.is_partner_rebased |= other.rebased
-            if wheel.rebased or (wheel.is_ambiguous and not other.is_ambiguous):
-                wheel.lost = lost_counts(wheel, other)
+            if wheel.present and other.present and wheel.ambiguous > other.ambiguous:
+                wheel.count += lost_counts(wheel, other, wheel.periods[0])
     for column in range(len(counters)):
         wheel = counters[column]
-        wheel.count += wheel.lost
+        if wheel.rebased and not wheel.is_partner_rebased:
+            wheel.count += lost_counts(wheel, counters[wheel.partner], 1)
         if wheel.partner >= 0:
             if wheel.is_known and not wheel.has_history:
                 wheel.history[:] = wheel.count
@@ -106,4 +104,4 @@ def _store_pair(wheel: BridgedCounter, other: BridgedCounter, number: int) -> No
     wheel.pair_travel[0] = wheel.count - wheel.history[first]
     wheel.pair_travel[1] = other.count - other.history[first]
     wheel.pair_counts[0], wheel.pair_counts[1] = wheel.count, other.count
-    wheel.is_pair_known, wheel.is_partner_rebased = True, False
+    wheel.is_pair_known, wheel.is_partner_rebased, wheel.ambiguous = True, False, 0

@@ -52,12 +52,12 @@ class Counter:
     raw: int  # that reading
     suspect: int  # the reading after it that was rejected
     samples: int  # samples since the last accepted reading
+    ambiguous: int  # samples in which it may have moved by half of its range or more; reset by `bridging`
     is_known: bool  # whether a reading has been accepted
     is_suspect: bool  # whether the last reading was rejected
     has_restarted: bool  # whether the device has restarted since the last accepted reading
     present: bool  # whether a reading was accepted in this sample
     rebased: bool  # whether it was one of a wheel's counter that had restarted
-    is_ambiguous: bool  # whether it may have moved by half of its range or more since the reading before
 
 
 def counter_law(encoder: Encoder, vehicle: VehicleParameters) -> CounterLaw:
@@ -130,8 +130,8 @@ def take_reading(counter: Counter, raw: int) -> None:
             counter.rebased = not counter.is_absolute
             if counter.rebased:
                 step = 0
-        else:
-            counter.is_ambiguous = counter.samples * counter.max_step > counter.below_half
+        elif counter.samples > counter.below_half // counter.max_step:
+            counter.ambiguous += counter.samples
     counter.count += step
     counter.raw, counter.samples = raw, 0
     counter.is_known, counter.is_suspect, counter.has_restarted, counter.present = True, False, False, True
@@ -141,7 +141,7 @@ def take_reading(counter: Counter, raw: int) -> None:
 def begin_sample(counter: Counter) -> None:
     """Begin a sample; `take_reading` may follow."""
     counter.samples += 1
-    counter.present, counter.rebased, counter.is_ambiguous = False, False, False
+    counter.present, counter.rebased = False, False
 
 
 @compiled

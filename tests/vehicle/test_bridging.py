@@ -12,7 +12,7 @@ from omnimate.vehicle.counters import CounterLaw, begin_sample, counters_of, tak
 # numba takes code that was compiled for plain counters, in the same process, for bridged ones, and says so.
 pytestmark = pytest.mark.filterwarnings("ignore::numba.core.errors.NumbaExperimentalFeatureWarning")
 LAW = CounterLaw((2**32,), 10_000, absolute=False)
-NARROW = CounterLaw((1000,), 300, absolute=False)  # ambiguous after two lost samples
+NARROW = CounterLaw((1000,), 300, absolute=False)  # ambiguous after one lost sample
 STEPS = st.integers(-50, 50)
 PATHS = st.lists(st.tuples(STEPS, STEPS), min_size=1, max_size=30)
 GAPS = st.lists(st.tuples(STEPS, STEPS), max_size=5)
@@ -35,9 +35,10 @@ class Truck:
             counter["has_restarted"] |= column in restarted
             if reading is not None:
                 take_reading(counter, reading)
+        read = self.counters["count"].copy()
         bridge(self.counters, self.number)
         self.number += 1
-        return self.counters["count"].tolist(), self.counters["lost"].tolist()
+        return self.counters["count"].tolist(), (self.counters["count"] - read).tolist()
 
 
 def proportional(path, travel, scales):
@@ -119,6 +120,14 @@ def test_nothing_is_estimated_while_the_other_wheel_is_not_read_and_this_one_has
     assert truck.sample(5, None, restarted=[0]) == ([190, 90], [0, 0])
 
 
+def test_a_restart_in_a_sample_that_the_other_wheel_missed_loses_its_travel_up_to_its_last_reading():
+    truck = Truck()
+    for count in range(0, 100, 10):
+        truck.sample(count, count)
+    truck.sample(None, 120)
+    assert truck.sample(5, None, restarted=[0]) == ([120, 120], [30, 0])
+
+
 @given(st.integers(-30, 30), st.integers(3, 200), st.integers(-490, 490))
 def test_the_ranges_that_a_counter_passes_while_it_is_not_read_are_known_by_the_other_wheel(
     speed, missed, deviation
@@ -139,6 +148,42 @@ def test_the_ranges_that_a_counter_passes_while_it_is_not_read_are_known_by_the_
     ]
 
 
+def travel_straight_on(column, missed, other_missed, restart=None):
+    """Return the travel of a wheel, in `column`, and of the other one in 60 samples of 100 counts each.
+
+    Each is not read in the samples that it missed; the wheel's counter restarts in sample `restart`.
+    """
+    truck, start, in_order = Truck(law=NARROW), [0, 0], slice(None, None, 1 - 2 * column)
+    for number in range(-10, 61):
+        count = number * 100
+        reading = count if restart is None or number < restart else count - 777
+        read = [
+            None if number in missed else reading % 1000,
+            None if number in other_missed else count % 1000,
+        ]
+        counts, _ = truck.sample(*read[in_order], restarted=[column] if number == restart else [])
+        start = counts if number == 0 else start
+    return [count - first for count, first in zip(counts, start, strict=True)][in_order]
+
+
+@pytest.mark.parametrize("column", [0, 1])
+@pytest.mark.parametrize("missed", [{51}, {50, 51, 52}, {20, 21, 22}])
+def test_passed_ranges_are_known_although_the_other_wheel_missed_a_few_samples_too(column, missed):
+    assert travel_straight_on(column, missed, range(1, 51)) == [6000, 6000]
+
+
+@pytest.mark.parametrize("column", [0, 1])
+def test_passed_ranges_are_known_although_the_other_wheel_has_restarted_meanwhile(column):
+    """What that one lost in its restart remains lost, as the wheel was not read."""
+    assert travel_straight_on(column, {20, 21}, range(1, 51), restart=22) == [5700, 6000]
+
+
+@pytest.mark.parametrize("column", [0, 1])
+def test_what_a_wheel_counted_before_its_restart_is_the_travel_of_one_that_passed_ranges_unread(column):
+    """Both are read again in sample 51; how many ranges were passed after sample 21 is unknown."""
+    assert travel_straight_on(column, range(22, 51), range(1, 51), restart=51) == [3000, 3000]
+
+
 def test_no_range_is_added_where_the_other_wheel_says_nothing():
     """It is not read either, or it is back in the same sample and may have passed its range, too."""
     for back in (None, 90):
@@ -151,6 +196,15 @@ def test_no_range_is_added_where_the_other_wheel_says_nothing():
         for _ in range(5):
             truck.sample(None, None)
         assert truck.sample(90, back)[0][0] == 5090
+
+
+def test_no_range_is_added_where_both_wheels_missed_the_same_samples():
+    truck = Truck(law=NARROW)
+    for count in range(0, 500, 100):
+        truck.sample(count, count)
+    for _ in range(4):
+        truck.sample(None, None)
+    assert truck.sample(800, 0) == ([800, 0], [0, 0])
 
 
 def test_the_partner_of_a_wheel_is_the_other_one_of_its_truck_and_encoders_of_the_linkage_have_none():

@@ -115,6 +115,18 @@ def test_a_reading_goes_on_from_a_rejected_one_by_one_step_at_most():
     assert follow(law, [0, 10, 90_000, 90_051, 90_101])[1] == [True, True, False, False, True]
 
 
+@given(st.integers(1, 499), st.lists(st.integers(-1, 1), min_size=1, max_size=3))
+def test_the_samples_count_as_ambiguous_in_which_it_may_have_moved_by_half_of_its_range(largest, deviations):
+    counter = counters_of([CounterLaw((1000,), largest, absolute=False)])[0]
+    take_reading(counter, 7)
+    gaps = [max(round(500 / largest) + deviation, 1) for deviation in deviations]
+    for samples in gaps:
+        for _ in range(samples):
+            begin_sample(counter)
+        take_reading(counter, 7)
+    assert counter["ambiguous"] == sum(samples for samples in gaps if samples * largest >= 500)
+
+
 def test_fields_wrap_up_to_62_bits_and_wider_ones_are_taken_as_they_are():
     narrow = CounterLaw((2**62,), 50, absolute=False)
     assert unwrap([2**62 - 5, 5], narrow).tolist() == [2**62 - 5, 2**62 + 5]
