@@ -10,10 +10,13 @@ frame is current if it is one more than is owed, if it is the only one after one
 only one and came with the node's normal latency. A burst of late answers may start at any time; if it starts
 at the normal latency, the frames after the first are late all the same. If a node answers once per SYNC but
 later than before, the second such frame is accepted: the owed answers were lost.
+
+Without SYNC, one of the PDOs opens the samples, which `SampleOpener` decides.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,12 +26,15 @@ from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, layout,
 from omnimate.vehicle.counters import begin_sample, counter_law, counters_of, take_reading
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from numpy.typing import NDArray
 
     from omnimate.vehicle.parameters import VehicleParameters
     from omnimate.vehicle.recording import GapReason
 
 MAX_SINGLE_ANSWERS = 2  # successive samples with one frame after which owed answers count as lost
+MAX_PDOS = 10  # of one COB-ID in a sample, after which the PDO that opens samples is silent (assumption)
 LATENCY_TOLERANCE = 0.25  # [SYNC periods] largest increase of an answer's latency (assumption)
 ACCEPTED, HELD, LATE, DUPLICATE, WRONG_LENGTH, REPEATED = range(6)  # fate of a frame
 REASONS: tuple[GapReason, ...] = ("missing", "missing", "jump", "reboot")  # by the constants below; 0: no gap
@@ -88,6 +94,31 @@ class Cycle:
     time: float  # time of its SYNC [s]
     is_open: bool  # whether it is open
     is_synchronous: bool  # whether PDOs answer SYNC; otherwise each is current when it comes, none late
+
+
+class SampleOpener:
+    """Which frames open a sample: those of SYNC, or of the PDO that came first.
+
+    Where that PDO is silent while another one of `pdos` goes on, the other one takes its place. With SYNC
+    there are no `pdos`.
+    """
+
+    def __init__(self, identifier: int, pdos: Collection[int] = ()) -> None:
+        self.identifier = identifier  # COB-ID of the frames that open a sample
+        self._pdos = pdos
+        self._frames = Counter[int]()  # of the other PDOs in this sample, by COB-ID
+
+    def opens(self, identifier: int) -> bool:
+        """Return whether the next data frame, of 11 bits, opens a sample."""
+        if identifier != self.identifier:
+            if identifier not in self._pdos:
+                return False
+            self._frames[identifier] += 1
+            if self._frames[identifier] <= MAX_PDOS:
+                return False
+            self.identifier = identifier
+        self._frames.clear()
+        return True
 
 
 def pdo_lengths(vehicle: VehicleParameters) -> dict[int, int]:

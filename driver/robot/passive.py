@@ -1,7 +1,7 @@
 """Listens to a bus on which another master or a replay produces SYNC, or on which encoders need none.
 
 Nothing is sent. As in a log (`omnimate.files.logs.assemble`), a sample begins with SYNC; where there is
-none, with the PDO of the vehicle that came first.
+none, with the PDO of the vehicle that came first, or another one while that is silent.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from omnimate.driver.errors import BusError, BusLost, NoSync
 from omnimate.driver.robot.monitor import Monitor
 from omnimate.driver.robot.report import DriverReport, make_report
 from omnimate.files.logs.canopen_words import HEARTBEAT, NMT_ID, NMT_START, SDO_REQUEST, SYNC_ID
+from omnimate.vehicle.assembly import SampleOpener
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -74,7 +75,7 @@ class PassiveReader:
             self._monitor.supervision.started(node, None)
         self._seconds = math.inf  # [s] after which the source counts as ended
         self._syncs = 0
-        self._opener: int | None = None  # COB-ID of what begins a sample
+        self._opener: SampleOpener | None = None  # once it is known
         self._first: tuple[int, float] | None = None  # COB-ID of the first PDO, and when it came
 
     def __enter__(self) -> Self:
@@ -103,11 +104,11 @@ class PassiveReader:
         """
         assembler = self._monitor.assembler
         for message, arrival in self._frames(idle, patience):
-            if self._opener is not None and _identifier(message) == self._opener:
+            if self._opens(_identifier(message), arrival):
                 if assembler.is_open:
                     yield self._close()
                 self._begin(arrival)
-                if self._opener == SYNC_ID:
+                if message.arbitration_id == SYNC_ID:
                     continue
             if message.arbitration_id == NMT_ID and bytes(message.data[:1]) == bytes([NMT_START]):
                 assembler.node_started(message.data[1] if len(message.data) == 2 else 0)
@@ -122,7 +123,8 @@ class PassiveReader:
         last_heard = time.monotonic()
         end = last_heard + self._seconds
         while True:
-            silence = idle if self._opener == SYNC_ID else patience
+            has_sync = self._opener is not None and self._opener.identifier == SYNC_ID
+            silence = idle if has_sync else patience
             left = min(last_heard + silence, end) - time.monotonic()
             if left <= 0.0:
                 break
@@ -134,7 +136,7 @@ class PassiveReader:
                 self._opener = self._find_opener(identifier)
                 if self._opener is not None:
                     end = time.monotonic() + self._seconds + LAST_WAIT
-            is_heard = identifier == SYNC_ID or (message is not None and self._opener != SYNC_ID)
+            is_heard = identifier == SYNC_ID or (message is not None and not has_sync)
             if self._opener is not None and is_heard:
                 last_heard = time.monotonic()
             if self._opener is not None or self._first is None:  # only what follows a first PDO has to wait
@@ -143,17 +145,29 @@ class PassiveReader:
         for message, arrival in early:  # no sample was opened for them; they are counted all the same
             self._monitor.take(message, arrival)
 
-    def _find_opener(self, identifier: int | None) -> int | None:
+    def _find_opener(self, identifier: int | None) -> SampleOpener | None:
         """Return SYNC where it comes, else the vehicle's first PDO once `SYNC_WAIT` has passed since then."""
         if identifier == SYNC_ID:
-            return SYNC_ID
+            return SampleOpener(SYNC_ID)
         is_first = self._first is None and identifier in self._monitor.assembler.cob_ids
         if is_first and identifier is not None:
             self._first = (identifier, time.monotonic())
         if self._first is None or time.monotonic() - self._first[1] < SYNC_WAIT:
             return None
         self._monitor.assembler.is_synchronous = False
-        return self._first[0]
+        return SampleOpener(self._first[0], self._monitor.assembler.cob_ids)
+
+    def _opens(self, identifier: int | None, now: float) -> bool:
+        """Return whether a frame opens a sample; report where another PDO does so from now on."""
+        if self._opener is None or identifier is None:
+            return False
+        before = self._opener.identifier
+        opens = self._opener.opens(identifier)
+        if self._opener.identifier != before:
+            node = next(encoder.node for encoder in self.vehicle.encoders if encoder.cob_id == before)
+            what = f"PDO {before:03X}h is silent: samples begin with PDO {identifier:03X}h instead"
+            self._monitor.events.add(now, node, what)
+        return opens
 
     def report(self) -> DriverReport:
         """Return the counters, events and gaps so far."""

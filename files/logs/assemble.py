@@ -3,7 +3,8 @@
 A PDO belongs to the last SYNC before it. Of two in one sample the first counts, the other is a duplicate;
 where a sample before it got none, the first may be that one's late answer (`omnimate.vehicle.assembly`). A
 PDO's length is the commonest one in the log that holds all of its fields; others never enter a sample. Frames
-before the first SYNC are ignored. A log without any SYNC is cut at the PDO that comes first.
+before the first SYNC are ignored. A log without any SYNC is cut at the PDO that comes first,
+or at another one while that is silent.
 """
 
 from __future__ import annotations
@@ -13,11 +14,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omnimate.files.logs.canopen_words import BOOT_UP, HEARTBEAT, NMT_START, SYNC_ID
+from omnimate.files.logs.canopen_words import BOOT_UP, HEARTBEAT, NMT_START
 from omnimate.files.logs.decoding import drive_conversion
 from omnimate.files.logs.frame_classes import classify, is_class
 from omnimate.files.recordings.readings import Events, recording_of_events
-from omnimate.vehicle.assembly import BOOTED, NOTHING, STARTED, assembly_records
+from omnimate.vehicle.assembly import BOOTED, NOTHING, STARTED, SampleOpener, assembly_records
 from omnimate.vehicle.errors import RecordingError
 
 if TYPE_CHECKING:
@@ -127,20 +128,22 @@ def _of_one_bus(frames: Frames, vehicle: VehicleParameters) -> Frames:
 def _cut(frames: Frames, vehicle: VehicleParameters, source: str) -> _Log:
     """Divide a log into samples."""
     classes = classify(frames, vehicle)
-    opener, opens = SYNC_ID, is_class(classes, "SYNC")
-    if not opens.any():
+    opens = is_class(classes, "SYNC")
+    has_sync = bool(opens.any())
+    if not has_sync:
         wanted = sorted({encoder.cob_id for encoder in vehicle.encoders})
-        first = np.flatnonzero(np.isin(frames.can_id, wanted) & is_class(classes, "PDO"))
-        if len(first) == 0:
+        rows = np.flatnonzero(np.isin(frames.can_id, wanted) & is_class(classes, "PDO"))
+        if len(rows) == 0:
             seen = ", ".join(f"{can_id:03X}h" for can_id in np.unique(frames.can_id)[:20].tolist())
             names = ", ".join(f"{cob_id:03X}h" for cob_id in wanted)
             raise RecordingError(
                 source,
                 f"neither SYNC (080h) nor a PDO of this vehicle ({names}) in it, but {seen or 'nothing'}",
             )
-        opener = int(frames.can_id[first[0]])
-        opens = (frames.can_id == opener) & is_class(classes, "PDO")
-    return _Log(frames, classes, opens, np.cumsum(opens) - 1, opener == SYNC_ID)
+        cob_ids = frames.can_id[rows].tolist()
+        opener = SampleOpener(cob_ids[0], wanted)
+        opens[rows] = [opener.opens(cob_id) for cob_id in cob_ids]
+    return _Log(frames, classes, opens, np.cumsum(opens) - 1, has_sync)
 
 
 def _events(log: _Log, records: tuple[Record, Record, Record]) -> Events:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from omnimate.driver.errors import NoSync
@@ -27,20 +28,40 @@ def free_running(bench, kind=254):
     return bus
 
 
-@pytest.mark.parametrize("kind", [254, 255])
-def test_encoders_without_sync_give_live_what_their_recording_gives(bench, tmp_path, kind):
-    bus = free_running(bench, kind)
-    with Recorder(tmp_path / "lap", two_trucks()) as recorder:
-        samples = list(PassiveReader(two_trucks(), bus, recorder=recorder).samples(idle=1.0, patience=3.0))
+def samples_of(bus, folder):
+    """Return the live samples of a bus and the report, after a comparison with those of the recording."""
+    with Recorder(folder, two_trucks()) as recorder:
+        reader = PassiveReader(two_trucks(), bus, recorder=recorder)
+        samples = list(reader.samples(idle=1.0, patience=3.0))
     assert bus.sent == []
-    recording = load_recording(tmp_path / "lap")
+    recording = load_recording(folder)
     assert recording.counts.tolist() == [list(sample.counts) for sample in samples]
     assert recording.present.tolist() == [list(sample.present) for sample in samples]
     assert recording.time == pytest.approx([sample.time for sample in samples], abs=1e-5)
+    return samples, reader.report()
+
+
+@pytest.mark.parametrize("kind", [254, 255])
+def test_encoders_without_sync_give_live_what_their_recording_gives(bench, tmp_path, kind):
+    samples, _ = samples_of(free_running(bench, kind), tmp_path / "lap")
     odometer = Odometer(two_trucks(), "a")
     x, _, heading = [odometer.step(sample) for sample in samples][-1]
     assert x == pytest.approx(0.9, abs=0.01)
     assert heading == pytest.approx(0.0, abs=0.01)
+
+
+def test_where_the_node_that_opens_samples_falls_silent_another_one_does_so_and_the_report_names_it(
+    bench, tmp_path
+):
+    bus = free_running(bench)
+    bus.at(3.0, lambda: setattr(bus.nodes[1], "is_powered", False))
+    samples, report = samples_of(bus, tmp_path / "lap")
+    what = "PDO 181h is silent: samples begin with PDO 182h instead"
+    assert (1, what) in [(event.node, event.what) for event in report.events]
+    assert report.node(1).missing > 100 > report.node(2).missing
+    rolls = [sample.time for sample in samples if sample.present[1]][1:]
+    assert rolls[-1] - rolls[0] == pytest.approx(3.0, abs=0.02)
+    assert np.diff(rolls).max() < 0.2
 
 
 def test_sync_that_comes_within_a_second_opens_the_samples(bench):

@@ -13,9 +13,11 @@ from omnimate.vehicle.assembly import (
     HELD,
     LATE,
     LATENCY_TOLERANCE,
+    MAX_PDOS,
     REASONS,
     REPEATED,
     WRONG_LENGTH,
+    SampleOpener,
     assembly_records,
     close_sample,
     open_sample,
@@ -326,3 +328,24 @@ def test_a_standing_robot_loses_nothing_and_both_wheels_at_once_stay_where_they_
     assert drive(standing, [0], (), 20).tolist() == standing.tolist()
     moving = np.stack([np.arange(30) * 10, -np.arange(30) * 5], axis=1)
     assert drive(moving, [0, 1], (), 20)[20].tolist() == moving[19].tolist()
+
+
+def test_a_pdo_opens_the_samples_from_its_next_frame_on_after_ten_in_one_sample():
+    """The one before it does not do so any more; each PDO counts for itself, from the start of a sample."""
+    opener = SampleOpener(0x181, (0x181, 0x182, 0x183))
+    for _ in range(3):
+        assert opener.opens(0x181)
+        assert not any(opener.opens(cob_id) for cob_id in [0x182, 0x183] * MAX_PDOS)
+    assert MAX_PDOS == 10
+    assert opener.opens(0x183)
+    assert not any(opener.opens(cob_id) for cob_id in [0x181, 0x182] * MAX_PDOS)
+    assert opener.opens(0x183)
+    assert not opener.opens(0x182)
+
+
+@pytest.mark.parametrize(("identifier", "pdos"), [(0x080, ()), (0x181, (0x181, 0x182))])
+def test_no_frame_but_the_vehicles_pdos_takes_the_place_of_the_one_that_opens_samples(identifier, pdos):
+    """Nothing takes the place of SYNC."""
+    opener = SampleOpener(identifier, pdos)
+    assert not any(opener.opens(other) for other in [0x183] * 100)
+    assert opener.opens(identifier)
