@@ -9,8 +9,6 @@ from omnimate.vcan_sim.reference import reference_vehicle
 from omnimate.vehicle.bridging import BridgedCounter, bridge, set_partners
 from omnimate.vehicle.counters import CounterLaw, begin_sample, counters_of, take_reading
 
-# numba takes code that was compiled for plain counters, in the same process, for bridged ones, and says so.
-pytestmark = pytest.mark.filterwarnings("ignore::numba.core.errors.NumbaExperimentalFeatureWarning")
 LAW = CounterLaw((2**32,), 10_000, absolute=False)
 NARROW = CounterLaw((1000,), 300, absolute=False)  # ambiguous after one lost sample
 STEPS = st.integers(-50, 50)
