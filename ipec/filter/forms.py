@@ -6,6 +6,10 @@ squared speed. A truck that creeps on a slope moves by a fraction of its travel 
 Two trucks that push each other because the slider sticks creep apart along the link: truck a by 1 + s, truck
 b by 1 - s times the first size, where s is the second. A joint with play reads the middle of the gap minus
 half its width on the side to which it last moved.
+
+Truck b is steered by the joint and the link that it is known by: a bump is answered at once, and what the
+floor does goes on for 0.2 m (`prior.FilterNoise.correlated`). Errors of these readings are therefore held
+against what the linkage did before (closed-loop identification: Forssell and Ljung, Automatica 1999).
 """
 
 import math
@@ -26,7 +30,6 @@ from omnimate.ipec.filter.records import (
     ERRORS,
     INPUTS,
     JOINT_A,
-    LENGTH,
     LINK,
     POSE,
     SIDES,
@@ -40,7 +43,9 @@ from omnimate.vehicle.compiled import Array, compiled
 
 @compiled
 def fill_speeds(settings: FilterSettings, state: FilterState) -> None:
-    """Fill the mean speeds of wheels and joints in the completed step."""
+    """Fill the mean speeds of wheels and joints in the completed step, and the link's extensions."""
+    state.extensions[:-1] = state.extensions[1:]
+    state.extensions[-1] = state.step_start[3] - settings.length
     for wheel in range(4):
         state.speed_before[wheel] = state.speed[wheel]
         state.speed[wheel] = state.step_travel[wheel] / (settings.period * state.samples)
@@ -67,30 +72,27 @@ def update_play(state: FilterState, opened: OpenFilter) -> None:
 
 
 @compiled
-def lag_rate(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> float:
-    """Return the effective rate of a joint with a late reading in a step [rad/s]: error = -delay x rate.
+def lag_rate(state: FilterState, opened: OpenFilter) -> float:
+    """Return the rate of a joint with a late reading [rad/s]: error = -delay x rate.
 
-    For the part of the step that the delay covers, the rate is that of the previous step. The moment at which
-    the rate changed is unknown; its uniform distribution is the added variance.
+    It is that of the step before. The rate has changed at an unknown moment since; its uniform distribution
+    is the added variance.
     """
-    now, change = state.rate[opened.reading], state.rate[opened.reading] - state.rate_before[opened.reading]
-    delay, time = opened.offset[WANDER], settings.period * max(state.samples, 1)
-    most = (abs(delay) + math.sqrt(opened.covariance[WANDER, WANDER])) * change
-    opened.form_variance = most * most / 12.0
-    lagging: float = now - 0.5 * min(max(delay / time, 0.0), 2.0) * change
-    return lagging
+    change = state.rate[opened.reading] - state.rate_before[opened.reading]
+    most = (abs(opened.offset[WANDER]) + math.sqrt(opened.covariance[WANDER, WANDER])) * change
+    opened.form_variance = most * most / 3.0
+    before: float = state.rate_before[opened.reading]
+    return before
 
 
 @compiled
-def reading_sensitivities(
-    settings: FilterSettings, state: FilterState, opened: OpenFilter
-) -> tuple[float, float]:
+def reading_sensitivities(state: FilterState, opened: OpenFilter) -> tuple[float, float]:
     """Return the derivatives of a linkage reading by both sizes of the error, in the middle of a step."""
     number, form = opened.reading, opened.form
     if form == LINK_SCALE:
-        return 0.5 * (state.step_start[3] + state.mean[LENGTH]) - settings.length, 0.0
+        return state.extensions[0], 0.0
     if form == LATE:
-        return -lag_rate(settings, state, opened), 0.0
+        return -lag_rate(state, opened), 0.0
     if form == PLAY:
         return -opened.mean_play_position, 0.0
     if form == OFF_CENTRE:
@@ -101,7 +103,7 @@ def reading_sensitivities(
 
 
 @compiled
-def fill_sensitivities(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> None:
+def fill_sensitivities(state: FilterState, opened: OpenFilter) -> None:
     """Fill the derivatives of readings and motion of the completed step by the error's sizes."""
     by_input, by_reading = opened.input_sensitivity, opened.reading_sensitivity
     by_reading[:] = 0.0
@@ -116,7 +118,7 @@ def fill_sensitivities(settings: FilterSettings, state: FilterState, opened: Ope
     elif 0 <= opened.reading < TRUCKS:
         if opened.form == PLAY:
             update_play(state, opened)
-        first, second = reading_sensitivities(settings, state, opened)
+        first, second = reading_sensitivities(state, opened)
         by_reading[0, opened.reading], by_reading[1, opened.reading] = first, second
     elif opened.form == WANDERS and opened.reading >= ENCODERS:
         wheel = opened.reading - ENCODERS

@@ -98,6 +98,7 @@ class FilterState(Reading):
     speed_before: Annotated[Array, 4]  # the same of the step before it [m/s]
     rate: Annotated[Array, 2]  # mean rate of the two joints in the step that was finished last [rad/s]
     rate_before: Annotated[Array, 2]  # the same of the step before it [rad/s]
+    extensions: Annotated[Array, 4]  # of the link at the start of the last steps, 0.2 m, in order of time [m]
     step_distance: Annotated[Array, 4]  # distance rolled since the start of the step [m]
     samples: int  # samples since then
     linkage_samples: int  # samples since then in which the linkage was read

@@ -58,7 +58,7 @@ def initialise_linkage(settings: FilterSettings, state: FilterState, filters: Re
     _initialise_covariance(settings, state, state.covariance, np.zeros(ERRORS), np.zeros((ERRORS, 3)))
     for hypothesis in range(HYPOTHESIS_COUNT):
         opened = filters[hypothesis]
-        fill_sensitivities(settings, state, opened)
+        fill_sensitivities(state, opened)
         _initialise_covariance(
             settings, state, opened.covariance, opened.variance, opened.reading_sensitivity
         )
@@ -153,7 +153,7 @@ def update(settings: FilterSettings, state: FilterState, opened: OpenFilter) -> 
     opened.nis = math.nan
     opened.lost[:] = 0.0
     opened.updated[:] = 0
-    fill_sensitivities(settings, state, opened)
+    fill_sensitivities(state, opened)
     fill_noise_levels(settings, state, opened)
     fill_input_variance(settings, state, opened)
     predict_covariance(settings, state, opened)

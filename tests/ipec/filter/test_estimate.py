@@ -11,7 +11,7 @@ from omnimate.ipec.corrector import correct
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import Prior
-from omnimate.motion.paths import free, out_and_back, rounded_rectangle
+from omnimate.motion.paths import figure_eight, free, out_and_back, rounded_rectangle
 from omnimate.vcan_sim.biases import linkage_biases
 from omnimate.vcan_sim.floor import SMOOTH, Floor, bumps_under
 from omnimate.vcan_sim.simulate import simulate
@@ -111,6 +111,13 @@ def test_a_rough_floor_without_bumps_shows_none(robot):
     for seed in range(5):
         recording = simulate(robot, robots(robot, seed), rounded_rectangle(3.0, 2.0, ["cw"]))
         assert len(estimate(recording).disturbances) <= 1
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_link_that_truck_b_keeps_at_its_length_has_no_wrong_scale(robot, seed):
+    """What the floor does for 0.2 m, and how b answers it, was taken for a link that reads a quarter more."""
+    recording = simulate(robot, Truth(robot, seed=seed), figure_eight(1.0, 6))
+    assert estimate(recording).findings.misread == ()
 
 
 def test_innovations_are_as_large_as_they_should_be(robot):

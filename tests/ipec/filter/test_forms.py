@@ -10,6 +10,7 @@ from omnimate.ipec.filter.hypotheses import (
     ENCODERS,
     HYPOTHESES,
     LATE,
+    LINK_SCALE,
     OFF_CENTRE,
     PLAY,
     PUSH,
@@ -18,7 +19,7 @@ from omnimate.ipec.filter.hypotheses import (
     WANDERS,
 )
 from omnimate.ipec.filter.live import Filter
-from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, LINK, SIDES, WANDER
+from omnimate.ipec.filter.records import AHEAD, INPUTS, JOINT_A, LENGTH, LINK, SIDES, WANDER
 from omnimate.vcan_sim.reference import reference_vehicle
 
 
@@ -39,7 +40,7 @@ def step(start, states, filters, number, *, way=(0.0,) * 4, rolled=(0.0,) * 4, j
     states["mean"][0, JOINT_A : JOINT_A + 2] += joint
     states["step_travel"][0], states["step_distance"][0], states["samples"] = way, rolled, 5
     fill_speeds(start[0][0], states[0])
-    fill_sensitivities(start[0][0], states[0], filters[number])
+    fill_sensitivities(states[0], filters[number])
     return filters[number]
 
 
@@ -136,19 +137,27 @@ def test_trucks_that_push_each_other_creep_along_the_link_by_opposite_ways(start
 
 @settings(max_examples=50)
 @given(rates=st.tuples(*[st.floats(-0.05, 0.05)] * 2), delay=st.floats(0.0, 10.0))
-def test_a_late_joint_lags_at_a_rate_between_those_of_the_last_two_steps(start, rates, delay):
-    """The earlier rate counts by half the delay's share of a step; at a steady rate nothing is unsure."""
+def test_a_late_joint_lags_at_the_rate_of_the_step_before(start, rates, delay):
+    """The step's own rate answers what the reading shows; at a steady rate nothing is unsure."""
     states, filters = start[1].record.copy(), start[1].filters.copy()
     number, time = number_of(1, LATE), 5 * start[0]["period"][0]
     filters[number]["offset"][WANDER] = delay * time
     for turn in rates:
         opened = step(start, states, filters, number, joint=(0.0, turn))
     before, now = np.array(rates) / time
-    part = min(0.5 * delay, 1.0)
-    assert opened["reading_sensitivity"][0, 1] == pytest.approx(
-        -(part * before + (1.0 - part) * now), abs=1e-12
-    )
-    assert opened["form_variance"] == pytest.approx((delay * time * (now - before)) ** 2 / 12.0, abs=1e-15)
+    assert opened["reading_sensitivity"][0, 1] == pytest.approx(-before, abs=1e-12)
+    assert opened["form_variance"] == pytest.approx((delay * time * (now - before)) ** 2 / 3.0, abs=1e-15)
+
+
+def test_a_links_scale_acts_on_its_extension_before_the_errors_that_the_floor_still_makes(start):
+    states, filters = start[1].record.copy(), start[1].filters.copy()
+    lengths = start[0]["length"][0] + np.array([0.03, -0.01, 0.02, 0.0, 0.05])
+    seen = []
+    for length in lengths:
+        states["mean"][0, LENGTH] = length
+        opened = step(start, states, filters, number_of(2, LINK_SCALE))
+        seen.append(opened["reading_sensitivity"][0, 2])
+    assert seen == pytest.approx([0.0, 0.0, 0.0, 0.03, -0.01])
 
 
 @pytest.mark.parametrize("wheel", range(4))
