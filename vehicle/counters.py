@@ -52,7 +52,8 @@ class Counter:
     raw: int  # that reading
     suspect: int  # the reading after it that was rejected
     samples: int  # samples since the last accepted reading
-    ambiguous: int  # samples in which it may have moved by half of its range or more; reset by `bridging`
+    # samples of which the travel is not known: half of the range or more, or a restart; `bridging` resets it
+    ambiguous: int
     is_known: bool  # whether a reading has been accepted
     is_suspect: bool  # whether the last reading was rejected
     has_restarted: bool  # whether the device has restarted since the last accepted reading
@@ -130,8 +131,8 @@ def take_reading(counter: Counter, raw: int) -> None:
             counter.rebased = not counter.is_absolute
             if counter.rebased:
                 step = 0
-        elif counter.samples > counter.below_half // counter.max_step:
-            counter.ambiguous += counter.samples
+    if counter.rebased or counter.samples > counter.below_half // counter.max_step:
+        counter.ambiguous += counter.samples
     counter.count += step
     counter.raw, counter.samples = raw, 0
     counter.is_known, counter.is_suspect, counter.has_restarted, counter.present = True, False, False, True

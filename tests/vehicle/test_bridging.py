@@ -182,6 +182,21 @@ def test_what_a_wheel_counted_before_its_restart_is_the_travel_of_one_that_passe
     assert travel_straight_on(column, range(22, 51), range(1, 51), restart=51) == [3000, 3000]
 
 
+@pytest.mark.parametrize("column", [0, 1])
+def test_a_wheel_that_counted_on_keeps_its_count_where_the_other_one_comes_back_after_a_restart(column):
+    """Both were not read for a while, this one for less; the other one's restart says nothing of it."""
+    truck = Truck(law=NARROW)
+    for count in range(0, 1200, 100):
+        truck.sample(count, count)
+    for count in range(1200, 4700, 100):
+        is_back = count >= 1400
+        truck.sample(*((count if is_back and number == column else None) for number in (0, 1)))
+    counts, _ = truck.sample(
+        *((4700 if number == column else 7) for number in (0, 1)), restarted=[1 - column]
+    )
+    assert counts == [4700, 4700]
+
+
 def test_no_range_is_added_where_the_other_wheel_says_nothing():
     """It is not read either, or it is back in the same sample and may have passed its range, too."""
     for back in (None, 90):
