@@ -22,10 +22,11 @@ if TYPE_CHECKING:
     from omnimate.vehicle.sample import Sample
     from omnimate.vehicle.se2 import Array
 
-TOO_FAR = 1000.0**0.5  # times what the wheels roll: nearer to millimetres than to metres
+MILLIMETRES = 1000.0**0.5  # times what the wheels roll: nearer to millimetres than to metres
 # Headings at random differ from those of the wheels by 1.8 rad (pi / sqrt 3), and after a turn of a radian
 # those of a wheelbase that is wrong by a quarter by 0.25 rad.
-AGREE, DISAGREE, FEWEST_TURNS = 0.3, 1.0, 3  # [rad], [rad], turns of a radian
+EQUAL_HEADINGS, RANDOM_HEADINGS = 0.3, 1.0  # [rad]
+MIN_STEPS = 3  # of a metre, or a radian
 
 
 def truck_travel(recording: Recording, truck: TruckName) -> tuple[Array, Array, NDArray[np.bool_]]:
@@ -68,48 +69,47 @@ def wheels_of(truck: TruckName) -> tuple[Channel, Channel]:
     return ("a.left", "a.right") if truck == "a" else ("b.left", "b.right")
 
 
-def check_pose_units(recording: Recording) -> None:
-    """Raise an error where absolute poses can only be in millimetres, or in degrees.
+def check_pose_units(recording: Recording, truck: TruckName) -> None:
+    """Raise an error where a truck's absolute poses can only be in millimetres, or in degrees.
 
     No truck gets farther than its wheels roll. Headings in degrees turn as the wheels say once they are
     converted, and at random as they are.
 
     Raises:
-        RecordingError: They are, or the two wheels of a truck are never present together.
+        RecordingError: They are, or the two wheels of a truck with poses are never present together.
     """
-    if recording.poses is None:
+    poses = None if recording.poses is None else recording.poses.of(truck)
+    if poses is None or len(poses.time) == 0:
         return
-    for truck in recording.vehicle.trucks:
-        poses, wheels = recording.poses.of(truck), dead_reckon(recording, truck)
-        steps = np.abs(np.diff(wheels, axis=0, prepend=wheels[:1])).T
-        travel, turn = np.cumsum(np.hypot(steps[0], steps[1])), np.cumsum(steps[2])
-        rolled, turned, heading = (
-            np.interp(poses.time, recording.time, column) for column in (travel, turn, wheels[:, 2])
+    wheels = dead_reckon(recording, truck)
+    steps = np.abs(np.diff(wheels, axis=0, prepend=wheels[:1])).T
+    travel, turn = np.cumsum(np.hypot(steps[0], steps[1])), np.cumsum(steps[2])
+    rolled, turned, heading = (
+        np.interp(poses.time, recording.time, column) for column in (travel, turn, wheels[:, 2])
+    )
+    apart = _one_apart(rolled, np.isfinite(poses.pose[:, 0] + poses.pose[:, 1]))
+    ratios = np.hypot(*np.diff(poses.pose[apart, :2], axis=0).T) / np.diff(rolled[apart])
+    if len(ratios) >= MIN_STEPS and np.median(ratios) > MILLIMETRES:
+        raise RecordingError(
+            recording.source,
+            f"the poses of truck {truck} move by {np.median(ratios):.0f} where its wheels roll 1 m; "
+            "expected x and y in metres, not in millimetres",
         )
-        apart = _one_apart(rolled, np.isfinite(poses.pose[:, 0] + poses.pose[:, 1]))
-        moved = float(np.hypot(*np.diff(poses.pose[apart, :2], axis=0).T).sum())
-        possible = float(np.diff(rolled[apart]).sum())
-        if moved > TOO_FAR * possible > 0.0:
-            raise RecordingError(
-                recording.source,
-                f"the poses of truck {truck} move {moved:.0f} where its wheels roll {possible:.1f} m; "
-                "expected x and y in metres, not in millimetres",
-            )
-        apart = _one_apart(turned, np.isfinite(poses.pose[:, 2]))
-        turns, expected = np.diff(poses.pose[apart, 2]), np.diff(heading[apart])
-        if len(turns) < FEWEST_TURNS:
-            continue
-        as_read, converted = (np.std(wrap(angles - expected)) for angles in (turns, np.radians(turns)))
-        if converted < AGREE and as_read > DISAGREE:
-            raise RecordingError(
-                recording.source,
-                f"the headings of truck {truck} turn as its wheels say if they are taken for degrees; "
-                "expected theta in radians",
-            )
+    apart = _one_apart(turned, np.isfinite(poses.pose[:, 2]))
+    turns, expected = np.diff(poses.pose[apart, 2]), np.diff(heading[apart])
+    if len(turns) < MIN_STEPS:
+        return
+    as_read, converted = (np.std(wrap(angles - expected)) for angles in (turns, np.radians(turns)))
+    if converted < EQUAL_HEADINGS and as_read > RANDOM_HEADINGS:
+        raise RecordingError(
+            recording.source,
+            f"the headings of truck {truck} turn as its wheels say if they are taken for degrees; "
+            "expected theta in radians",
+        )
 
 
 def _one_apart(amount: Array, known: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return which of the known rows `(M,)` stand where an amount `(M,)` that grows passes a whole number."""
+    """Return the known rows `(M,)` at which an amount `(M,)` that grows passes a whole number."""
     rows = np.flatnonzero(known)
     return rows[np.diff(np.floor(amount[rows]), prepend=-1.0) > 0.0]
 

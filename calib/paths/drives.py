@@ -150,7 +150,7 @@ def _fixes(recording: Recording, truck: TruckName) -> Poses:
             recording.source,
             f"poses.csv has no pose of truck {truck}; least squares needs absolute poses, dense or at stops",
         )
-    check_pose_units(recording)
+    check_pose_units(recording, truck)
     poses = recording.poses.of(truck)
     known = np.isfinite(poses.pose).any(axis=1) & np.isfinite(poses.time)
     first, last = float(recording.time[0]), float(recording.time[-1])

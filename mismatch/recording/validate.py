@@ -111,7 +111,8 @@ def _check_poses(recording: Recording) -> None:
             f"({recording.time[0]:.3f} to {recording.time[-1]:.3f} s; poses from {poses.time.min():.3f} to "
             f"{poses.time.max():.3f} s): they are on another clock; shift poses.csv to the clock of can.log",
         )
-    check_pose_units(recording)
+    for truck in recording.vehicle.trucks:
+        check_pose_units(recording, truck)
 
 
 def _check_laps(recording: Recording) -> None:

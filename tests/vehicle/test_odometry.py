@@ -90,7 +90,7 @@ def test_poses_in_metres_and_radians_are_taken_in_any_frame_and_those_in_other_u
     vehicle, seed, count, frame, wrapped
 ):
     recording = driven(vehicle, np.random.default_rng(seed), count, frame, wrapped=wrapped)
-    check_pose_units(recording)
+    check_pose_units(recording, "a")
     for factors, words in (
         ((1e3, 1e3, 1.0), "not in millimetres"),
         ((1.0, 1.0, 180.0 / np.pi), "in radians"),
@@ -98,4 +98,17 @@ def test_poses_in_metres_and_radians_are_taken_in_any_frame_and_those_in_other_u
         wrong = replace(recording.poses, pose=recording.poses.pose * factors)
         if count >= 10:
             with pytest.raises(RecordingError, match=words):
-                check_pose_units(replace(recording, poses=wrong))
+                check_pose_units(replace(recording, poses=wrong), "a")
+
+
+def test_poses_of_a_truck_are_taken_where_the_other_truck_was_not_read(robot_toml):
+    both = parse_vehicle(robot_toml)
+    counts = 100 * np.arange(400)[:, None] * np.ones(len(both.channels), np.int64)
+    present = np.ones(counts.shape, bool)
+    present[:, both.channels.index("b.left")] = False
+    time = both.bus.sync_period * np.arange(400, dtype=np.float64)
+    recording = Recording(both, time, counts.astype(np.int64), present)
+    pose = dead_reckon(recording, "a")[::50]
+    poses = Poses(time[::50], np.full(len(pose), "a"), pose, np.full(pose.shape, 0.01))
+    for truck in both.trucks:
+        check_pose_units(replace(recording, poses=poses), truck)
