@@ -15,7 +15,7 @@ from omnimate.ipec.corrector import ORIGIN, Corrector, correct
 from omnimate.ipec.errors import FixError
 from omnimate.ipec.filter.estimate import estimate
 from omnimate.ipec.filter.findings import MIN_LOST_TRAVEL, Disturbance, Findings, findings
-from omnimate.ipec.filter.fixes import fix_sigma, samples_at
+from omnimate.ipec.filter.fixes import fix_sigma, motion_to_fixes, samples_at
 from omnimate.ipec.filter.live import Filter
 from omnimate.ipec.filter.prior import CALIBRATED, Prior
 from omnimate.ipec.linkage_check import LINKAGE, FrozenChannel, frozen_channels
@@ -280,7 +280,8 @@ def fixes_of(recording: Recording) -> Poses:
     """
     if recording.poses is None:
         raise FixError(recording.source)
-    check_pose_units(recording)
+    for truck in recording.vehicle.trucks:
+        check_pose_units(recording, truck)
     return replace(recording.poses, sigma=fix_sigma(recording.poses.sigma))
 
 
@@ -299,4 +300,5 @@ def start_by_fixes(recording: Recording, fixes: Poses) -> tuple[Array, Array]:
     first = whole[0]
     path = dead_reckon(recording, "a")
     place = samples_at(recording, of_a.time)[first]
-    return compose(of_a.pose[first], between(path[place], path[0])), START_SIGMAS * of_a.sigma[first]
+    fixed = compose(path[place], motion_to_fixes(recording, "a", of_a.time[first : first + 1])[0])
+    return compose(of_a.pose[first], between(fixed, path[0])), START_SIGMAS * of_a.sigma[first]

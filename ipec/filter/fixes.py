@@ -14,7 +14,7 @@ from omnimate.ipec.filter.records import HYPOTHESIS_COUNT, STATES, FilterState, 
 from omnimate.ipec.filter.step import finish_step
 from omnimate.vehicle.arcs import arc
 from omnimate.vehicle.compiled import Array, IntArray, Record, compiled, layout
-from omnimate.vehicle.odometry import truck_travel
+from omnimate.vehicle.odometry import truck_travel, wheels_of
 from omnimate.vehicle.parameters import TRUCKS
 from omnimate.vehicle.se2 import wrap_angle, write_composed
 
@@ -47,11 +47,24 @@ def samples_at(recording: Recording, times: Array) -> IntArray:
     return np.maximum(np.searchsorted(recording.time, times, side="right") - 1, 0)
 
 
-def motion_to_fixes(recording: Recording, truck: TruckName, times: Array) -> Array:
-    """Return the motion `(K, 3)` of a truck [m, m, rad] from the sample of each fix to its time [s]."""
-    left, right, both = truck_travel(recording, truck)
-    samples, read = samples_at(recording, times), recording.time[both]
-    gone_left, gone_right = (np.interp(times, read, wheel[both]) - wheel[samples] for wheel in (left, right))
+def motion_to_fixes(
+    recording: Recording, truck: TruckName, times: Array, with_truck: TruckName | None = None
+) -> Array:
+    """Return the motion `(K, 3)` of a truck [m, m, rad] from the sample of each fix to its time [s].
+
+    It begins where the estimate has moved to: at the last sample at or before the fix in which both wheels
+    were read, and those of another truck, if they move together.
+    """
+    left, right, read = truck_travel(recording, truck)
+    for wheel in () if with_truck is None else wheels_of(with_truck):
+        read = read & recording.is_present(wheel)
+    if not read.any():
+        return np.zeros((len(times), 3))
+    rows = np.flatnonzero(read)
+    moved = rows[np.maximum(np.searchsorted(rows, samples_at(recording, times), side="right") - 1, 0)]
+    gone_left, gone_right = (
+        np.interp(times, recording.time[rows], wheel[rows]) - wheel[moved] for wheel in (left, right)
+    )
     return arc(gone_left, gone_right, recording.vehicle.trucks[truck].wheelbase)
 
 
@@ -80,11 +93,11 @@ def fix_records(recording: Recording, fixes: Poses | None) -> Record:
     records = np.zeros(len(known), layout(Fix))
     records["sample"] = samples_at(recording, fixes.time[known])
     records["truck"] = fixes.body[known] == "b"
-    for number, truck in enumerate(TRUCKS):
+    for number, (truck, other) in enumerate((TRUCKS, TRUCKS[::-1])):
         of_truck = records["truck"] == number
         if of_truck.any():
             times = fixes.time[known][of_truck]
-            records["motion"][of_truck] = motion_to_fixes(recording, truck, times)
+            records["motion"][of_truck] = motion_to_fixes(recording, truck, times, other)
     records["pose"] = fixes.pose[known]
     records["sigma"] = fix_sigma(fixes.sigma[known])
     return records[np.argsort(records["sample"], kind="stable")]

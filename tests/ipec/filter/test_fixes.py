@@ -117,12 +117,14 @@ def test_each_fix_belongs_to_the_last_sample_before_it_and_unmeasured_ones_are_l
 
 
 @pytest.mark.parametrize(("name", "number"), [("a", 0), ("b", 1)])
-def test_a_fix_after_its_sample_is_taken_back_by_the_travel_of_its_own_wheels(name, number):
+@pytest.mark.parametrize("missing", [slice(None), "a.left", "b.right"])
+def test_a_fix_after_its_sample_is_taken_back_by_the_travel_of_its_own_wheels(name, number, missing):
+    """From the last sample in which all four wheels were read, as both trucks move together."""
     robot = reference_vehicle()
     rates = {"a.left": 100, "a.right": 250, "b.left": -300, "b.right": -50}
     counts = np.outer(np.arange(10), [rates.get(channel, 0) for channel in robot.channels])
     present = np.ones((10, 7), bool)
-    present[5:7] = False
+    present[5:7, missing if isinstance(missing, slice) else robot.channels.index(missing)] = False
     recording = Recording(robot, np.arange(10.0), np.where(present, counts, counts[4]), present)
     quarters = np.array([[0.25 * rates[f"{name}.{side}"]] for side in ("left", "right")])
     travel = quarters * [[robot.metres_per_count(f"{name}.{side}")] for side in ("left", "right")]
