@@ -26,7 +26,7 @@ from omnimate.files.logs.formats.candump_lines import STAMP_WIDTH, format_lines
 from omnimate.files.logs.formats.candump_text import candump_text
 from omnimate.files.logs.frames import EXTENDED, frames_of
 from omnimate.files.logs.rates import RateTable
-from omnimate.files.logs.seen_mapping import seen_objects
+from omnimate.files.logs.seen_mapping import SeenObjects
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -127,12 +127,12 @@ def _opened(
         raise CallError(
             "--trigger looks back, so it needs a log that is a file; write the pipe into one first"
         )
-    seen: dict[tuple[int, int, int], int] = {}
+    seen = SeenObjects()
     is_described = known.vehicle is not None and not known.vehicle.eds_files
     if (decode or triggers) and not is_described and not path.is_fifo():
         for frames in LogBlocks(path, fd=True):
-            seen.update(seen_objects(frames))
-    decoder = known.decoder(seen)
+            seen.take(frames)
+    decoder = known.decoder(seen.values)
     near = _triggered(path, triggers, decoder) if triggers else None
     return LogBlocks(path, fd=True), decoder, near
 

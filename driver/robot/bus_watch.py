@@ -26,7 +26,7 @@ from omnimate.files.logs.formats.candump_writer import CandumpWriter
 from omnimate.files.logs.formats.python_can_logs import frame_of_message
 from omnimate.files.logs.frames import ERROR, EXTENDED, FD
 from omnimate.files.logs.live_table import LiveTable
-from omnimate.files.logs.seen_mapping import note_object
+from omnimate.files.logs.seen_mapping import SeenObjects
 from omnimate.vehicle.errors import OmnimateError, RecordingError
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ class BusWatch:
         self._table, self._events, self._log = LiveTable(), BusEvents(), EventLog()
         self._left_out = 0
         self._least = self._most = 0
-        self._seen: dict[tuple[int, int, int], int] = {}
+        self._seen = SeenObjects()
         self._supervised = () if vehicle is None else vehicle.nodes
         self._robot = None if vehicle is None else RobotWatch(vehicle)
         self._recorder: Recorder | CandumpWriter | None = None
@@ -206,7 +206,7 @@ class BusWatch:
         event = self._events.take(frame)
         if event is not None and not (event.is_health and event.node in self._supervised):
             self._log.add(at, event.node, event.what, is_problem=event.is_problem)
-        note_object(frame, self._seen)
+        self._seen.take_frame(frame)
         try:
             if isinstance(self._recorder, Recorder):
                 self._recorder.frame(at, message)
@@ -245,7 +245,7 @@ class BusWatch:
             self._table.rows(now),
             dict(self._events.nodes),
             self._all_events(),
-            dict(self._seen),
+            dict(self._seen.values),
             None if self._robot is None else self._robot.view(),
             self._lost,
             self._target,

@@ -35,34 +35,49 @@ class Mapped(NamedTuple):
     bits: int
 
 
+class SeenObjects:
+    """The last values of the PDO parameters in SDO traffic, by node, index and sub-index."""
+
+    def __init__(self) -> None:
+        self.values: dict[tuple[int, int, int], int] = {}
+        # the values before the writes that are not answered yet
+        self._before: dict[tuple[int, int, int], int | None] = {}
+
+    def take(self, frames: Frames) -> None:
+        """Take the values in frames that follow those before."""
+        function = frames.can_id & 0x780
+        is_sdo = ((function == REQUEST) | (function == ANSWER)) & (frames.length == 8)
+        index = frames.data[:, 1].astype(np.int64) | frames.data[:, 2].astype(np.int64) << 8
+        is_sdo &= (frames.flags & (EXTENDED | REMOTE | ERROR) == 0) & (index >= 0x1400) & (index < 0x1C00)
+        for frame in frames.select(np.flatnonzero(is_sdo)):
+            self.take_frame(frame)
+
+    def take_frame(self, frame: Frame) -> None:
+        """Take the value that a frame carries; where the node refuses it, the one before is right."""
+        function, data = frame.can_id & 0x780, frame.data
+        is_classical = not frame.flags & (EXTENDED | REMOTE | ERROR | FD)
+        if function not in {REQUEST, ANSWER} or len(data) != 8 or not is_classical:
+            return
+        command, index = data[0], int.from_bytes(data[1:3], "little")
+        carries = command >> 5 == (DOWNLOAD if function == REQUEST else UPLOADED) and command & 0x02
+        place = frame.can_id & 0x7F, index, data[3]
+        if carries and 0x1400 <= index < 0x1C00:
+            if function == REQUEST:
+                self._before[place] = self.values.get(place)
+            size = 4 - (command >> 2 & 3) if command & 0x01 else 4
+            self.values[place] = int.from_bytes(data[4 : 4 + size], "little")
+        elif function == ANSWER and place in self._before:
+            before = self._before.pop(place)
+            if command == ABORT:
+                self.values.pop(place)
+                self.values |= {} if before is None else {place: before}
+
+
 def seen_objects(frames: Frames) -> dict[tuple[int, int, int], int]:
-    """Return the last values of the PDO parameters in the SDO traffic, by node, index and sub-index."""
-    function = frames.can_id & 0x780
-    is_sdo = ((function == REQUEST) | (function == ANSWER)) & (frames.length == 8)
-    index = frames.data[:, 1].astype(np.int64) | frames.data[:, 2].astype(np.int64) << 8
-    is_sdo &= (frames.flags & (EXTENDED | REMOTE | ERROR) == 0) & (index >= 0x1400) & (index < 0x1C00)
-    objects: dict[tuple[int, int, int], int] = {}
-    for frame in frames.select(np.flatnonzero(is_sdo)):
-        note_object(frame, objects)
-    return objects
-
-
-def note_object(frame: Frame, objects: dict[tuple[int, int, int], int]) -> None:
-    """Put the value of a PDO parameter that an SDO frame carries under its node, index and sub-index.
-
-    One that the node refuses is removed: what a master wrote before is not its value.
-    """
-    function, data = frame.can_id & 0x780, frame.data
-    if function not in {REQUEST, ANSWER} or len(data) != 8 or frame.flags & (EXTENDED | REMOTE | ERROR | FD):
-        return
-    command, index = data[0], int.from_bytes(data[1:3], "little")
-    carries = command >> 5 == (DOWNLOAD if function == REQUEST else UPLOADED) and command & 0x02
-    place = frame.can_id & 0x7F, index, data[3]
-    if function == ANSWER and command == ABORT:
-        objects.pop(place, None)
-    elif carries and 0x1400 <= index < 0x1C00:
-        size = 4 - (command >> 2 & 3) if command & 0x01 else 4
-        objects[place] = int.from_bytes(data[4 : 4 + size], "little")
+    """Return the last values of the PDO parameters in SDO traffic, by node, index and sub-index."""
+    seen = SeenObjects()
+    seen.take(frames)
+    return seen.values
 
 
 def mapped_objects(objects: Mapping[tuple[int, int, int], int]) -> dict[int, tuple[Mapped, ...]]:

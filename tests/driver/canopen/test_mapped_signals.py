@@ -6,7 +6,7 @@ from omnimate.driver.canopen.eds import load_eds
 from omnimate.driver.canopen.mapped_signals import default_objects, mapped_signals
 from omnimate.files.logs.decoding import FrameDecoder
 from omnimate.files.logs.frames import EXTENDED, Frame, frames_of
-from omnimate.files.logs.seen_mapping import mapped_objects, seen_objects
+from omnimate.files.logs.seen_mapping import SeenObjects, mapped_objects, seen_objects
 
 EDS = Path(__file__).parents[3] / "vcan_sim" / "eds"
 
@@ -82,7 +82,21 @@ def test_a_pdo_with_29_bits_is_decoded_by_all_of_them_and_no_11_bit_one_instead(
     assert decoder(Frame(0.0, 0x185, position)) == "TPDO1 of node 5"
 
 
-def test_a_mapping_that_the_node_refuses_is_not_taken():
-    refused = Frame(0.0, 0x585, b"\x80\x00\x1a\x01" + (0x06040041).to_bytes(4, "little"))
-    frames = [download(5, 0x1A00, 1, 0x60040020, 4), refused, download(5, 0x1A01, 1, 0x60640020, 4)]
+REFUSED = Frame(0.0, 0x585, b"\x80\x00\x1a\x01" + (0x06040041).to_bytes(4, "little"))
+
+
+def test_a_mapping_that_the_node_refuses_is_not_taken_also_if_the_answer_is_in_another_block():
+    frames = [download(5, 0x1A00, 1, 0x60040020, 4), REFUSED, download(5, 0x1A01, 1, 0x60640020, 4)]
     assert mapped_objects(seen_objects(frames_of(frames))).keys() == {0x285}
+    seen = SeenObjects()
+    for frame in frames:
+        seen.take(frames_of([frame]))
+    assert mapped_objects(seen.values).keys() == {0x285}
+
+
+def test_a_mapping_that_the_node_has_confirmed_outlives_a_refusal_to_change_or_to_read_it():
+    confirmed = Frame(0.0, 0x585, b"\x60\x00\x1a\x01" + bytes(4))
+    read = Frame(0.0, 0x605, b"\x40\x00\x1a\x01" + bytes(4))
+    taken = [download(5, 0x1A00, 1, 0x60040020, 4), confirmed]
+    for refused in ([download(5, 0x1A00, 1, 0x60640020, 4), REFUSED], [read, REFUSED]):
+        assert seen_objects(frames_of([*taken, *refused])) == {(5, 0x1A00, 1): 0x60040020}
