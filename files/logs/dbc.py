@@ -129,7 +129,7 @@ def read_dbc(path: Path) -> dict[int, tuple[Signal, ...]]:
         LogError: The file cannot be read, is no DBC file, or holds no message.
     """
     try:
-        text = _decode(path.read_bytes())
+        text = _without_strays(_decode(path.read_bytes()))
         messages = cast("Database", load_string(text, "dbc", strict=False)).messages
     except OSError as error:
         raise LogError(path, None, f"cannot be read: {error.strerror or error}") from error
@@ -152,6 +152,30 @@ def _decode(content: bytes) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         return content.decode("cp1252", "replace")
+
+
+def _without_strays(text: str) -> str:
+    """Return the text of a DBC file without lines on what is not in it, as exports of a part leave them.
+
+    cantools refuses a file for words and types of absent signals, and for undefined attributes.
+    """
+    message, known, kept = "", set[tuple[str, str]](), list[str]()
+    for line in text.splitlines():
+        attribute = "attribute", "".join(line.split('"')[1:2])
+        match line.split(maxsplit=3):
+            case ["BO_", message, *_]:
+                pass
+            case ["SG_", signal, *_]:
+                known.add((message, signal))
+            case ["BA_DEF_", *_]:
+                known.add(attribute)
+            case ["BA_", *_] if attribute not in known:
+                continue
+            case ["VAL_" | "SIG_VALTYPE_", of, signal, *_] if of.isdigit() and line.rstrip().endswith(";"):
+                if (of, signal.rstrip(":")) not in known:
+                    continue
+        kept.append(line)
+    return "\n".join([*kept, ""])
 
 
 def _signals(path: Path, message: Message) -> tuple[Signal, ...]:

@@ -93,6 +93,17 @@ def test_the_words_of_a_raw_number_have_all_digits_of_64_bits():
     )
 
 
+def test_lines_on_what_is_not_in_the_file_are_no_reason_to_refuse_it(tmp_path_factory):
+    """As where some messages were exported; cantools refuses each of these lines."""
+    text = (
+        'BO_ 385 tank: 8 host\n SG_ level : 0|8@1+ (1,0) [0|0] "" host\n'
+        'BA_ "GenMsgCycleTime" BO_ 385 100;\nVAL_ 385 level 1 "one" ;\nVAL_ 385 gone 1 "one" ;\n'
+        "SIG_VALTYPE_ 386 gone : 1;\n"
+    )
+    [level] = read_dbc(files(tmp_path_factory, text))[385]
+    assert level.choices == {1: "one"}
+
+
 @given(data=st.binary(min_size=8, max_size=8))
 def test_a_multiplexor_that_is_multiplexed_itself_counts_as_cantools_counts_it(tmp_path_factory, data):
     text = (
