@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from omnimate.driver.canopen.pdo_mapping import AXIS, placed
 from omnimate.driver.canopen.pdo_parameters import TPDO
 from omnimate.driver.scan.node import LINEAR, LINEAR_SENSORS, SINGLE_TURN
+from omnimate.files.logs.seen_mapping import PREDEFINED
 from omnimate.vehicle.drafting import bus_lines, geometry_lines, known_line, unknown_line
 
 if TYPE_CHECKING:
@@ -147,7 +148,8 @@ def _cob_id(setting: PdoSetting, node: int) -> int:
     """Return the COB-ID of a PDO, or where it has 29 bits the predefined one, which the driver will set."""
     if not setting.is_extended:
         return setting.cob_id
-    return (0x180 if setting.base >= TPDO else 0x200) + 0x100 * (setting.base & 0xFF) + node
+    number = setting.base & 0xFF
+    return (0x180 if setting.base >= TPDO else 0x200) + 0x100 * (number if number < PREDEFINED else 0) + node
 
 
 def _preference(setting: PdoSetting) -> tuple[bool, bool, int]:
