@@ -70,7 +70,6 @@ EFFECTS: list[type[Effect]] = [
 
 # In the order of a calibration's report.
 CALIBRATED = (Wheelbase, WheelDiameter)
-SETUP = tuple(kind for kind in EFFECTS if kind.is_setup)
 
 
 def effects_scanned_by(scan: Scan, component: str) -> list[type[Effect]]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from omnimate.effects import CALIBRATED, EFFECTS, SETUP, effect_named
+from omnimate.effects import CALIBRATED, EFFECTS, effect_named
 from omnimate.effects.block import LINKAGE
 from omnimate.effects.effect import RARE, Drive, Effect, Prior
 from omnimate.mismatch.recording.signals import START_ROUGHNESS, WINDOW, grid, is_dense, is_turned
@@ -252,7 +252,7 @@ def mounted_terms(signals: Sequence[Signals]) -> list[Term]:
     fault, however seldom it is measured.
     """
     trucks = _measured(signals, often=False)
-    return [term(kind.name, truck) for kind in SETUP for truck in trucks]
+    return [term(kind.name, truck) for kind in EFFECTS if kind.is_setup for truck in trucks]
 
 
 def calibrated_terms(signals: Sequence[Signals]) -> list[Term]:
