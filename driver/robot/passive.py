@@ -91,7 +91,8 @@ class PassiveReader:
     def samples(self, idle: float = 2.0, patience: float = 30.0) -> Iterator[Sample]:
         """Yield a sample per SYNC, each when the next SYNC shows that it is over.
 
-        Without SYNC within `SYNC_WAIT` after the first PDO, that PDO takes its place.
+        Without SYNC within `SYNC_WAIT` after the first PDO, that PDO takes its place, and while it is silent
+        another one (`omnimate.vehicle.assembly.SampleOpener`).
 
         Args:
             idle: Time without a SYNC after which the source counts as ended [s].
@@ -165,7 +166,8 @@ class PassiveReader:
         opens = self._opener.opens(identifier)
         if self._opener.identifier != before:
             node = next(encoder.node for encoder in self.vehicle.encoders if encoder.cob_id == before)
-            what = f"PDO {before:03X}h is silent: samples begin with PDO {identifier:03X}h instead"
+            silent, other = f"PDO {before:03X}h", f"PDO {identifier:03X}h"
+            what = f"{silent} is silent, or ten times slower than {other}: samples begin with {other}"
             self._monitor.events.add(now, node, what)
         return opens
 
