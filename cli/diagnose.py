@@ -136,6 +136,8 @@ def _diagnose_folder(folder: Path, *, triage: bool) -> tuple[str | None, list[st
             _write_json(Path(f"{beside}.triage.json"), answer.as_json())
     except OmnimateError as error:
         problems.append(f"{folder}: {error}")
+    except MemoryError:
+        problems.append(f"{folder}: it takes more memory than there is")
     except OSError as error:
         problems.append(f"{error.filename or folder}: {error.strerror or error}")
     return line, problems
