@@ -87,7 +87,7 @@ def read_results(files: Files, path: str) -> tuple[dict[str, Any], RecordingFeat
             decode_columns(files.read(path.replace("recordings/", f"{table}/", 1)))
             for table in ("ways", "crossings", "numbers")
         )
-    except (FileNotFoundError, ValueError) as error:  # pyarrow raises ValueError
+    except (OSError, ValueError) as error:  # pyarrow raises either for what is damaged
         repair = f"delete {path}, and `omnimate fleet run STORE` writes all of them again"
         raise FleetError(
             "results", f"one of a recording's files is damaged or gone: {error}; {repair}"
