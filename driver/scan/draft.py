@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from omnimate.driver.canopen.pdo_mapping import AXIS, placed
 from omnimate.driver.canopen.pdo_parameters import TPDO
 from omnimate.driver.scan.node import LINEAR, LINEAR_SENSORS, SINGLE_TURN
-from omnimate.files.logs.seen_mapping import PREDEFINED
+from omnimate.files.logs.seen_mapping import FIRST_RPDO, FIRST_TPDO, PREDEFINED, predefined_cob_id
 from omnimate.vehicle.drafting import bus_lines, geometry_lines, known_line, unknown_line
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ def positions_of(node: NodeReading) -> list[Position]:
         return []
     bases = [setting.base & 0xFF for setting in node.tpdos]
     number = 1 if 1 in bases else 0
-    cob_id = 0x180 + 0x100 * number + node.node
+    cob_id = predefined_cob_id(FIRST_TPDO, number, node.node)
     return [Position(node, default, 0, cob_id, 0, 32, is_mapped=False)]
 
 
@@ -149,7 +149,8 @@ def _cob_id(setting: PdoSetting, node: int) -> int:
     if not setting.is_extended:
         return setting.cob_id
     number = setting.base & 0xFF
-    return (0x180 if setting.base >= TPDO else 0x200) + 0x100 * (number if number < PREDEFINED else 0) + node
+    first = FIRST_TPDO if setting.base >= TPDO else FIRST_RPDO
+    return predefined_cob_id(first, number if number < PREDEFINED else 0, node)
 
 
 def _preference(setting: PdoSetting) -> tuple[bool, bool, int]:
@@ -238,7 +239,7 @@ def _drive(node: NodeReading, eds: Mapping[int, str]) -> Iterator[str]:
         "wheel", '"a.left"', "a.left, a.right, b.left or b.right: the wheel that this motor turns"
     )
     yield known_line("node", str(node.node), _described(node))
-    cob_id, start, how = 0x200 + node.node, 0, "the driver will map it"
+    cob_id, start, how = predefined_cob_id(FIRST_RPDO, 0, node.node), 0, "the driver will map it"
     if setting is not None:
         start = next(bit for bit, entry in placed(setting.entries) if entry.index == TARGET)
         cob_id = _cob_id(setting, node.node)

@@ -18,7 +18,8 @@ REQUEST, ANSWER = 0x600, 0x580
 ABORT = 0x80  # command byte
 DOWNLOAD, UPLOADED = 1, 2  # command specifiers of expedited transfers that carry a value
 INVALID_BIT, EXTENDED_BIT = 1 << 31, 1 << 29
-PDO_TYPES = ((0x1400, 0x200), (0x1800, 0x180))  # communication parameters, and first predefined COB-ID
+FIRST_RPDO, FIRST_TPDO = 0x200, 0x180  # predefined COB-IDs of the first PDOs, without the node
+PDO_TYPES = ((0x1400, FIRST_RPDO), (0x1800, FIRST_TPDO))  # communication parameters, and these
 PREDEFINED = 4  # PDOs with a predefined COB-ID
 
 
@@ -69,8 +70,10 @@ class SeenObjects:
         elif function == ANSWER and place in self._before:
             before = self._before.pop(place)
             if command == ABORT:
-                self.values.pop(place)
-                self.values |= {} if before is None else {place: before}
+                if before is None:
+                    del self.values[place]
+                else:
+                    self.values[place] = before
 
 
 def seen_objects(frames: Frames) -> dict[tuple[int, int, int], int]:
@@ -89,12 +92,17 @@ def mapped_objects(objects: Mapping[tuple[int, int, int], int]) -> dict[int, tup
     for node in {key[0] for key in objects}:
         for base, first in PDO_TYPES:
             for number in range(0x200):
-                default = first + 0x100 * number + node if number < PREDEFINED else INVALID_BIT
+                default = predefined_cob_id(first, number, node) if number < PREDEFINED else INVALID_BIT
                 cob_id = objects.get((node, base + number, 1), default)
                 carried = _carried(objects, node, base + 0x200 + number)
                 if carried and not cob_id & INVALID_BIT:
                     pdos[_key(cob_id)] = carried
     return pdos
+
+
+def predefined_cob_id(first: int, number: int, node: int) -> int:
+    """Return the predefined COB-ID of a node's PDO, by its number, below `PREDEFINED`, and the first."""
+    return first + 0x100 * number + node
 
 
 def _key(cob_id: int) -> int:
