@@ -87,7 +87,7 @@ def lag_rate(state: FilterState, opened: OpenFilter) -> float:
 
 @compiled
 def reading_sensitivities(state: FilterState, opened: OpenFilter) -> tuple[float, float]:
-    """Return the derivatives of a linkage reading by both sizes of the error, in the middle of a step."""
+    """Return the derivatives of a linkage reading by both sizes of the error in a step."""
     number, form = opened.reading, opened.form
     if form == LINK_SCALE:
         return state.extensions[0], 0.0
