@@ -129,11 +129,11 @@ def _diagnose_folder(folder: Path, *, triage: bool) -> tuple[str | None, list[st
         recordings = [loaded.recording]
         answer = ask_triage(recordings) if triage else ask(recordings)
         line = f"{answer.verdict}: {answer.says}"
-        beside = os.path.abspath(folder)  # noqa: PTH100  # `.` has no name, and a link keeps its own
+        answer_path = os.path.abspath(folder)  # noqa: PTH100  # `.` has no name, and a link keeps its own
         if isinstance(answer, Diagnosis):
-            _write(answer, Path(f"{beside}.json"), Path(f"{beside}.html"), None)
+            _write(answer, Path(f"{answer_path}.json"), Path(f"{answer_path}.html"), None)
         else:
-            _write_json(Path(f"{beside}.triage.json"), answer.as_json())
+            _write_json(Path(f"{answer_path}.triage.json"), answer.as_json())
     except OmnimateError as error:
         problems.append(f"{folder}: {error}")
     except MemoryError:
